@@ -1,0 +1,70 @@
+// The door to GL: a 4.5 core context on EGL (device platform, then surfaceless) or OSMesa, chosen at run time.
+//
+// One context belongs to one thread; contexts of both kinds may live in one process. Each holds its own glad function
+// table; everything in this room calls GL through it.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+// Forward of glad's table (glad/gl.h is included by the .cc files and by the GL rooms).
+struct GladGLContext;
+
+namespace halfshade::gl {
+
+enum class Backend { kAuto, kEgl, kOsmesa };
+
+struct ContextOptions {
+  Backend backend = Backend::kAuto;  // kAuto: EGL, then OSMesa
+  int egl_device = -1;               // index into eglQueryDevicesEXT; -1: every device in order, then surfaceless
+};
+
+class Context {
+ public:
+  // Makes a context and makes it current on the calling thread. FAILED_PRECONDITION listing everything that was tried
+  // and why each failed.
+  static absl::StatusOr<std::unique_ptr<Context>> Create(const ContextOptions& options);
+  virtual ~Context() = default;
+
+  virtual absl::Status MakeCurrent() = 0;  // on the calling thread
+  virtual void ReleaseCurrent() = 0;
+
+  const GladGLContext& gl() const { return *gl_; }
+  Backend backend() const { return backend_; }          // never kAuto
+  const std::string& renderer() const { return renderer_; }  // GL_RENDERER
+  const std::string& version() const { return version_; }    // GL_VERSION
+  const std::string& description() const { return description_; }  // "EGL device 0 (EGL_MESA_device_software)"
+  bool IsSoftware() const { return is_software_; }           // llvmpipe or softpipe
+
+  // The one error check: glGetError, and the first KHR_debug error message since the last call. `pass` names the pass
+  // in the INTERNAL error. Call once per pass, in every build.
+  absl::Status Check(const char* pass) const;
+
+ protected:
+  Context() = default;
+  std::unique_ptr<GladGLContext> gl_;
+  Backend backend_ = Backend::kAuto;
+  std::string renderer_;
+  std::string version_;
+  std::string description_;
+  bool is_software_ = false;
+  mutable std::string first_debug_error_;
+};
+
+// One line per thing tried, for `halfshade doctor`.
+struct DoctorLine {
+  std::string what;    // "EGL device 0", "EGL surfaceless", "OSMesa"
+  bool is_ok = false;
+  std::string detail;  // GL_RENDERER and version, or why it failed and what to do
+};
+// Tries every way to get a context, one after the other, and leaves none behind.
+std::vector<DoctorLine> Diagnose();
+
+// Sets LP_NUM_THREADS to max(1, min(affinity, cgroup cpu.max) / contexts) unless the user has set it. Call before the
+// first context of the process and before any thread is started.
+void LimitDriverThreads(int contexts);
+
+}  // namespace halfshade::gl

@@ -1,0 +1,64 @@
+// Render(...): a posed scene, lights, a camera and a method in; images and a report out.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "renderer/image/image.h"
+#include "renderer/report.h"
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+
+namespace halfshade {
+
+namespace gl {
+class Context;
+}
+
+// One decoded texture: [height][width][4] uint8, row 0 on top, sRGB colour and linear alpha as in the file.
+struct Rgba8Image {
+  int width = 0;
+  int height = 0;
+  std::vector<uint8_t> texels;
+};
+
+// Decodes a scene's image when a request needs it. Given from outside, since decoding strangers' bytes is fenced there.
+using ImageDecoder = std::function<absl::StatusOr<Rgba8Image>(const EncodedImage&)>;
+
+struct RenderedImage {
+  OutputKind kind = OutputKind::kFrame;
+  Image image;
+};
+
+struct RenderResult {
+  std::vector<RenderedImage> images;  // in the order of RenderRequest::outputs
+  RenderReport report;
+};
+
+// The renderer of one GL context. Lives and is used on the context's thread, with the context current.
+class Renderer {
+ public:
+  // Compiles and draws every program once (shaders compile at the first draw), so that the first request is not slow.
+  // INTERNAL with a shader's path and log if one does not compile.
+  static absl::StatusOr<std::unique_ptr<Renderer>> Create(gl::Context* context, ImageDecoder decoder);
+  virtual ~Renderer() = default;
+
+  // `scene_name` keys the GL buffers that stay on the context between calls; `scene` must be the same for the same name.
+  // Errors: what `stop` returns (CANCELLED, DEADLINE_EXCEEDED); UNIMPLEMENTED naming what is missing; INVALID_ARGUMENT
+  // where only the scene tells (scene_index); INTERNAL for a GL error or a NaN.
+  virtual absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
+                                              const RenderRequest& request, const StopCheck& stop) = 0;
+
+  // Forgets GL buffers of a scene. OK if there are none.
+  virtual void ForgetScene(const std::string& scene_name) = 0;
+};
+
+// "hard", "multi_map": what RenderRequest::method may hold, by proto field name.
+std::vector<std::string> RegisteredMethods();
+
+}  // namespace halfshade

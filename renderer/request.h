@@ -1,0 +1,102 @@
+// What Render(...) takes: plain values that server/validate has already checked. Units are in the names.
+// World space is glTF's: metres, right-handed, y up. Row 0 of every image is on top.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <cstdint>
+#include <functional>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace halfshade {
+
+// right, up, forward are orthonormal and right-handed: cross(right, up) = -forward.
+// A pixel (x, y) of width x height looks along
+//   forward + ((2 (x + .5) / width - 1) aspect right + (1 - 2 (y + .5) / height) up) tan_half_fovy
+// from eye_ws (perspective), or along forward from the matching point of the image plane (orthographic).
+struct Camera {
+  glm::dvec3 eye_ws{0, 0, 1};
+  glm::dvec3 right_ws{1, 0, 0};
+  glm::dvec3 up_ws{0, 1, 0};
+  glm::dvec3 forward_ws{0, 0, -1};
+  glm::dvec3 target_ws{0};       // what it looks at; centres the ground
+  bool is_orthographic = false;
+  double tan_half_fovy = 0.4;    // perspective
+  double ortho_height_m = 1;     // orthographic: full height of the view
+  double near_m = 0.01;          // > 0
+  double far_m = 0;              // 0: infinite
+};
+
+// A rectangle (or, with one zero edge, a line; with two, a point) that emits toward normal_ws.
+// axis_u, axis_v, normal are orthonormal and right-handed, whatever the edges are.
+struct AreaLight {
+  glm::dvec3 center_ws{0};
+  glm::dvec3 axis_u_ws{1, 0, 0};
+  glm::dvec3 axis_v_ws{0, 1, 0};
+  glm::dvec3 normal_ws{0, 0, 1};
+  double width_m = 0;            // full edge along axis_u, >= 0
+  double height_m = 0;           // full edge along axis_v, >= 0
+  glm::vec3 radiance{0};         // W/(sr m^2), rectangles
+  glm::vec3 intensity{0};        // W/sr along the normal, falling with the cosine: lines and points
+  bool is_two_sided = false;
+};
+
+struct Ground {
+  double height_m = 0;
+  double size_m = 1;             // full edge
+  bool is_shadow_catcher = false;
+};
+
+struct HardOptions {
+  int map_size = 2048;           // texels a side, 16..8192
+};
+struct MultiMapOptions {
+  int k = 64;                    // maps, 1..4096
+  int map_size = 1024;           // texels a side, 16..8192
+};
+using MethodOptions = std::variant<HardOptions, MultiMapOptions>;
+
+enum class OutputKind : uint8_t {
+  kFrame,             // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) and coverage
+  kVisibility,        // [h][w][lights] v in [0,1], 1 = lit
+  kDepth,
+  kNormal,
+  kAlbedo,
+  kObjectId,
+  kPosition,
+  kSoftShadowMap,
+  kPenumbraWidth,
+};
+
+enum class ToneMap : uint8_t { kNone, kAces, kNeutral };
+
+struct Shading {
+  glm::vec3 ambient{0.03f};      // radiance that reaches every point from everywhere
+  double exposure_ev = 0;        // colours are multiplied by 2^exposure_ev
+  ToneMap tone_map = ToneMap::kNone;
+  glm::vec3 background{0.18f};   // linear
+};
+
+struct RenderRequest {
+  uint32_t scene_index = 0;
+  std::optional<Ground> ground;
+  Camera camera;
+  int width = 1280;
+  int height = 720;
+  int samples = 1;
+  std::vector<AreaLight> lights;
+  MethodOptions method;
+  std::string method_reason;     // why this method, for the report
+  std::vector<OutputKind> outputs;
+  Shading shading;
+  uint32_t seed = 0;
+};
+
+// Asked between GL submissions (each is predicted under 20 ms): a non-OK status stops the render, which returns it.
+using StopCheck = std::function<absl::Status()>;
+
+}  // namespace halfshade

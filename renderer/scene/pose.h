@@ -1,0 +1,35 @@
+// Where everything stands for one request: node transforms multiplied out. Pure; no GL.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "renderer/scene/flat_scene.h"
+
+namespace halfshade {
+
+// One mesh at one place.
+struct Instance {
+  uint32_t node = 0;
+  uint32_t mesh = 0;
+  glm::dmat4 world_from_mesh{1};  // takes Mesh-relative positions (the mesh's origin is folded in)
+  bool is_visible = true;         // drawn for the camera
+  bool casts = true;
+  bool receives = true;
+};
+
+struct Pose {
+  std::vector<Instance> instances;
+  Box3d bounds_ws;  // of all instances' vertices (exact), empty for an empty scene
+};
+
+// The pose of one glTF scene. INVALID_ARGUMENT when scene_index is out of range ("scene_index: 3; the scene has 1").
+absl::StatusOr<Pose> BuildPose(const FlatScene& scene, uint32_t scene_index);
+
+// World transform of a node: the product of its ancestors' local matrices and its own.
+glm::dmat4 WorldFromNode(const FlatScene& scene, uint32_t node);
+
+}  // namespace halfshade
