@@ -2,4 +2,4 @@
 add_library(halfshade_warnings INTERFACE)
 target_compile_options(halfshade_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual
-  -Wimplicit-fallthrough -Wdouble-promotion -Wformat=2 -Werror=unused-result -Werror=return-type)
+  -Wimplicit-fallthrough -Wformat=2 -Werror=unused-result -Werror=return-type)

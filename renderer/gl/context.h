@@ -27,7 +27,7 @@ class Context {
   // Makes a context and makes it current on the calling thread. FAILED_PRECONDITION listing everything that was tried
   // and why each failed.
   static absl::StatusOr<std::unique_ptr<Context>> Create(const ContextOptions& options);
-  virtual ~Context() = default;
+  virtual ~Context();
 
   virtual absl::Status MakeCurrent() = 0;  // on the calling thread
   virtual void ReleaseCurrent() = 0;
@@ -44,7 +44,11 @@ class Context {
   absl::Status Check(const char* pass) const;
 
  protected:
-  Context() = default;
+  Context();
+  // Loads the table, reads the strings, installs the debug callback and the state that every pass relies on:
+  // glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE). The context is current. `get_proc_address` is EGL's or OSMesa's.
+  absl::Status Load(void (*(*get_proc_address)(const char*))());
+
   std::unique_ptr<GladGLContext> gl_;
   Backend backend_ = Backend::kAuto;
   std::string renderer_;

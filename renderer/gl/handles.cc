@@ -1,0 +1,31 @@
+#include "renderer/gl/handles.h"
+
+#include <string>
+
+namespace halfshade::gl {
+
+VertexArray VertexArray::Create(const Context& context) {
+  GLuint id = 0;
+  context.gl().CreateVertexArrays(1, &id);
+  return VertexArray(context, id);
+}
+
+void VertexArray::SetFloats(GLuint index, GLint components, GLuint buffer) const {
+  gl().VertexArrayVertexBuffer(id(), index, buffer, 0, components * GLsizei(sizeof(float)));
+  gl().VertexArrayAttribFormat(id(), index, components, GL_FLOAT, GL_FALSE, 0);
+  gl().VertexArrayAttribBinding(id(), index, index);
+  gl().EnableVertexArrayAttrib(id(), index);
+}
+
+absl::StatusOr<Buffer> Buffer::Create(const Context& context, const void* data, size_t size_bytes) {
+  GLuint id = 0;
+  context.gl().CreateBuffers(1, &id);
+  Buffer buffer(context, id);
+  context.gl().NamedBufferStorage(id, GLsizeiptr(size_bytes), data, 0);
+  if (context.gl().GetError() != GL_NO_ERROR) {
+    return absl::ResourceExhaustedError("GL has no memory for a buffer of " + std::to_string(size_bytes) + " bytes");
+  }
+  return buffer;
+}
+
+}  // namespace halfshade::gl

@@ -1,0 +1,32 @@
+// Everything that may hide a light, as one mesh in the light's frame: the first camera-free product of a light, shared
+// by every map that is drawn for it (one draw call a map, whatever the number of instances).
+//
+// Positions are made in double from scene and light and then rounded: they are exact to half an ulp of the distance to
+// the light, wherever both stand in the world. Pure; no GL.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "renderer/light/window.h"
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+#include "renderer/scene/pose.h"
+
+namespace halfshade {
+
+struct LightSpaceOccluders {
+  std::vector<glm::vec3> positions;  // light frame, metres
+  std::vector<uint32_t> indices;     // triangles with a part in front of the light's plane; both sides occlude
+  OccluderHull hull{0, 0, 1};
+  size_t SizeBytes() const { return positions.size() * sizeof(glm::vec3) + indices.size() * sizeof(uint32_t); }
+};
+
+// The casting instances of the pose in the frame of the light. hull.z_near() is just below the nearest occluder, or,
+// where one crosses the light's plane, 2^-20 of the occluders' largest coordinate: depth maps hold w z_near in floats,
+// whose precision does not depend on it. Only powers of two and maxima go into it, so that scaling scene and light by a
+// power of two changes no bit of a map.
+LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light);
+
+}  // namespace halfshade

@@ -1,0 +1,39 @@
+// The occluders of one light in GL buffers, and the pass that draws them into a depth map.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+
+#include "renderer/gl/draw_context.h"
+#include "renderer/gl/handles.h"
+#include "renderer/light/occluders.h"
+
+namespace halfshade {
+
+class OccludersOnContext {
+ public:
+  static absl::StatusOr<std::unique_ptr<OccludersOnContext>> Create(const DrawContext& draw,
+                                                                    const LightSpaceOccluders& occluders);
+
+  // Draws all of them into the bound depth framebuffer (size x size, cleared by the caller) as seen from `point` of the
+  // light, in submissions that stay within the pacer's bound. `window`: u0, v0, texels per slope along u and v.
+  absl::Status DrawDepth(const DrawContext& draw, int side, const glm::dvec2& point, const glm::dvec4& window,
+                         int size) const;
+
+  const OccluderHull& hull() const { return hull_; }
+  uint64_t triangle_count() const { return index_count_ / 3; }
+  uint64_t SizeBytes() const { return size_bytes_; }
+
+ private:
+  OccludersOnContext() = default;
+  gl::VertexArray vertex_array_;
+  gl::Buffer positions_, indices_;
+  OccluderHull hull_{0, 0, 1};
+  uint64_t index_count_ = 0;
+  uint64_t size_bytes_ = 0;
+};
+
+}  // namespace halfshade

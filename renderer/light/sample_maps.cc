@@ -1,0 +1,154 @@
+#include "renderer/light/sample_maps.h"
+
+#include <glad/gl.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/gl/framebuffer.h"
+#include "renderer/light/fullscreen.h"
+#include "renderer/status.h"
+
+namespace halfshade {
+namespace {
+
+constexpr int kMaxBatch = 64;                         // kMaxBatch of resolve_sample_maps.frag
+constexpr uint64_t kBatchBytes = 64ull << 20;         // maps resolved by one pass
+constexpr double kResolveNanosecondsPerSample = 12;   // per pixel; llvmpipe, two cores, measured high
+constexpr double kResolveNanosecondsPerPixel = 15;
+constexpr int kMapsUnit = kPlanesUnit + 1;
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<SampleMaps>> SampleMaps::Create(const DrawContext& draw,
+                                                               const OccludersOnContext* occluders,
+                                                               const AreaLight& light, std::vector<glm::dvec2> points,
+                                                               int map_size, uint64_t max_bytes) {
+  auto maps = std::make_unique<SampleMaps>();
+  maps->occluders_ = occluders;
+  maps->light_ = light;
+  maps->points_ = std::move(points);
+  maps->map_size_ = map_size;
+  const uint64_t map_bytes = 4ull * map_size * map_size;
+  const int layers_that_fit = int(std::clamp<uint64_t>(kBatchBytes / map_bytes, 1, kMaxBatch));
+  maps->layers_ = std::min(maps->point_count(), layers_that_fit);
+  for (int side = 0; side < 5; ++side) {
+    // The front batches come even without occluders: they count samples below the horizon.
+    if (side > 0 && !occluders->hull().ReachesSide(side)) continue;
+    for (int first = 0; first < maps->point_count(); first += maps->layers_) {
+      Batch& batch = maps->batches_.emplace_back();
+      batch.side = side;
+      batch.first_point = first;
+      batch.point_count = std::min(maps->layers_, maps->point_count() - first);
+    }
+  }
+  if (map_bytes * maps->layers_ * maps->batches_.size() > max_bytes) return maps;
+  for (Batch& batch : maps->batches_) {
+    ASSIGN_OR_RETURN(batch.maps, maps->MakeLayers(draw));
+    RETURN_IF_ERROR(maps->DrawBatch(draw, batch, batch.maps));
+    maps->maps_kept_ += batch.point_count;
+  }
+  return maps;
+}
+
+uint64_t SampleMaps::SizeBytes() const {
+  uint64_t bytes = points_.size() * sizeof(glm::dvec2);
+  for (const Batch& batch : batches_) bytes += batch.maps.SizeBytes();
+  return bytes;
+}
+
+absl::StatusOr<gl::Texture> SampleMaps::MakeLayers(const DrawContext& draw) const {
+  return gl::Texture::Create2DArray(*draw.context, GL_DEPTH_COMPONENT32F, map_size_, map_size_, layers_);
+}
+
+glm::dvec4 SampleMaps::PaddedWindow(int side, const glm::dvec2& point) const {
+  Window window = side == 0 ? occluders_->hull().FrontWindow(point) : Window{-1, 0, 1, 1 / kSideWindowSlope};
+  if (window.IsEmpty()) window = {0, 0, 0, 0};
+  // Occluders seen edge-on have no extent of their own.
+  const double least = std::ldexp(std::max({1.0, std::abs(window.u0), std::abs(window.v0)}), -20);
+  const double texel_u = std::max(window.u1 - window.u0, least) / (map_size_ - 2);
+  const double texel_v = std::max(window.v1 - window.v0, least) / (map_size_ - 2);
+  return {window.u0 - texel_u, window.v0 - texel_v, 1 / texel_u, 1 / texel_v};
+}
+
+absl::Status SampleMaps::DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const {
+  const GladGLContext& gl = draw.context->gl();
+  gl.Enable(GL_DEPTH_TEST);
+  gl.DepthFunc(GL_GREATER);
+  gl.DepthMask(GL_TRUE);
+  gl.Disable(GL_CULL_FACE);
+  gl.Disable(GL_BLEND);
+  for (int layer = 0; layer < batch.point_count; ++layer) {
+    ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::CreateDepthLayer(*draw.context, maps, layer));
+    framebuffer.Bind();
+    gl.Viewport(0, 0, map_size_, map_size_);
+    const float empty = 0;
+    gl.ClearBufferfv(GL_DEPTH, 0, &empty);
+    const glm::dvec2& point = points_[batch.first_point + layer];
+    RETURN_IF_ERROR(occluders_->DrawDepth(draw, batch.side, point, PaddedWindow(batch.side, point), map_size_));
+  }
+  return draw.context->Check("light/depth");
+}
+
+absl::Status SampleMaps::ResolveBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
+                                      const Receivers& receivers) const {
+  ASSIGN_OR_RETURN(gl::Program * program,
+                   draw.programs->Get("common/fullscreen.vert", "light/resolve_sample_maps.frag"));
+  program->Use();
+  SetReceivers(*program, receivers, light_);
+  maps.Bind(kMapsUnit);
+  const glm::dmat3 map_from_light = MapFromLight(batch.side);
+  std::vector<glm::vec4> samples, windows;
+  for (int layer = 0; layer < batch.point_count; ++layer) {
+    const glm::dvec2& point = points_[batch.first_point + layer];
+    const bool has_map = !occluders_->hull().IsEmpty();
+    samples.emplace_back(glm::vec3(map_from_light * glm::dvec3(point, 0)), has_map ? float(layer) : -1.0f);
+    windows.emplace_back(PaddedWindow(batch.side, point));
+  }
+  program->Set("maps", kMapsUnit);
+  program->Set("sample_count", batch.point_count);
+  program->Set("samples", samples);
+  program->Set("windows", windows);
+  program->Set("z_near", float(occluders_->hull().z_near()));
+  program->Set("map_size", float(map_size_));
+  program->Set("map_from_light", glm::mat3(map_from_light));
+  program->Set("side", batch.side);
+  program->Set("front_slope", float(occluders_->hull().FrontSlope()));
+  return DrawFullscreen(draw, receivers.width, receivers.height,
+                        kResolveNanosecondsPerPixel + kResolveNanosecondsPerSample * batch.point_count);
+}
+
+absl::StatusOr<gl::Texture> SampleMaps::CountHidden(const DrawContext& draw, const Receivers& receivers) const {
+  const GladGLContext& gl = draw.context->gl();
+  ASSIGN_OR_RETURN(gl::Texture sums,
+                   gl::Texture::Create2D(*draw.context, GL_R32F, receivers.width, receivers.height));
+  ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&sums}));
+  gl::Texture scratch;
+  for (size_t i = 0; i < batches_.size(); ++i) {
+    const Batch& batch = batches_[i];
+    const gl::Texture* maps = &batch.maps;
+    if (!*maps) {
+      if (!scratch) {
+        ASSIGN_OR_RETURN(scratch, MakeLayers(draw));
+      }
+      RETURN_IF_ERROR(DrawBatch(draw, batch, scratch));
+      maps = &scratch;
+    }
+    framebuffer.Bind();
+    gl.Viewport(0, 0, receivers.width, receivers.height);
+    gl.Disable(GL_DEPTH_TEST);
+    // Whole numbers: exact in any order up to 2^24 samples.
+    if (i == 0) {
+      gl.Disable(GL_BLEND);
+    } else {
+      gl.Enable(GL_BLEND);
+      gl.BlendFunc(GL_ONE, GL_ONE);
+    }
+    RETURN_IF_ERROR(ResolveBatch(draw, batch, *maps, receivers));
+  }
+  gl.Disable(GL_BLEND);
+  RETURN_IF_ERROR(draw.context->Check("light/resolve_sample_maps"));
+  return sums;
+}
+
+}  // namespace halfshade

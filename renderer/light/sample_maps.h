@@ -1,0 +1,65 @@
+// Depth maps from points of a light, and how many of those points each receiver cannot see. HARD is one point, MULTI_MAP
+// k of them.
+//
+// Every map is a frustum from its point, image plane parallel to the light, over the occluders' window (window.h); where
+// occluders come closer to the light's plane than kMaxWindowSlope, four side maps a point take the rest of the half space,
+// so that nothing is silently lit. Depth is w = 1/z, stored reversed in floats. The bias rule is geometry
+// (shaders/light/resolve_sample_maps.frag). Source: methods of Atty et al. 2006, 3.1 for the map; no offset, no constant.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <vector>
+
+#include "renderer/gl/draw_context.h"
+#include "renderer/gl/texture.h"
+#include "renderer/light/light_data.h"
+#include "renderer/light/occluders_on_context.h"
+#include "renderer/light/receivers.h"
+#include "renderer/request.h"
+
+namespace halfshade {
+
+class SampleMaps : public LightData {
+ public:
+  // Draws the maps (map_size texels a side) if all fit max_bytes; else keeps the recipe and draws them, a batch at a
+  // time, in every Resolve: the same pixels. `points` in the light's frame.
+  static absl::StatusOr<std::unique_ptr<SampleMaps>> Create(const DrawContext& draw, const OccludersOnContext* occluders,
+                                           const AreaLight& light, std::vector<glm::dvec2> points, int map_size,
+                                           uint64_t max_bytes);
+
+  // R32F [height][width]: how many points are hidden from each receiver, those at or below its tangent plane included.
+  absl::StatusOr<gl::Texture> CountHidden(const DrawContext& draw, const Receivers& receivers) const;
+
+  int point_count() const { return int(points_.size()); }
+  uint64_t SizeBytes() const override;
+  uint64_t MapsDrawn() const override { return maps_kept_; }
+
+ private:
+  // Maps of one side, drawn into the layers of one texture and resolved by one pass.
+  struct Batch {
+    int side = 0;
+    int first_point = 0;
+    int point_count = 0;
+    gl::Texture maps;  // empty in a recipe
+  };
+  absl::Status DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const;
+  absl::Status ResolveBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
+                            const Receivers& receivers) const;
+  // The window of a point's map with a border of one empty texel, as u0, v0, texels per slope along u and v.
+  glm::dvec4 PaddedWindow(int side, const glm::dvec2& point) const;
+  absl::StatusOr<gl::Texture> MakeLayers(const DrawContext& draw) const;
+
+  const OccludersOnContext* occluders_ = nullptr;
+  AreaLight light_;
+  std::vector<glm::dvec2> points_;
+  int map_size_ = 0;
+  int layers_ = 0;
+  std::vector<Batch> batches_;
+  uint64_t maps_kept_ = 0;
+};
+
+}  // namespace halfshade

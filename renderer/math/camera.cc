@@ -1,0 +1,62 @@
+#include "renderer/math/camera.h"
+
+namespace halfshade {
+
+absl::StatusOr<Camera> MakeLookAtCamera(const glm::dvec3& eye_ws, const glm::dvec3& target_ws,
+                                        const glm::dvec3& up_ws) {
+  const glm::dvec3 view = target_ws - eye_ws;
+  if (glm::length(view) == 0) return absl::InvalidArgumentError("target: the same point as eye");
+  Camera camera;
+  camera.eye_ws = eye_ws;
+  camera.target_ws = target_ws;
+  camera.forward_ws = glm::normalize(view);
+  const glm::dvec3 right = glm::cross(camera.forward_ws, up_ws);
+  // Below a sine of 1e-6 the direction of right is noise.
+  if (!(glm::length(right) > 1e-6 * glm::length(up_ws))) {
+    return absl::InvalidArgumentError("up: along the view from eye to target, or zero");
+  }
+  camera.right_ws = glm::normalize(right);
+  camera.up_ws = glm::cross(camera.right_ws, camera.forward_ws);
+  return camera;
+}
+
+Camera CameraFromNode(const glm::dmat4& world_from_node, double target_distance_m) {
+  Camera camera;
+  camera.eye_ws = glm::dvec3(world_from_node[3]);
+  camera.forward_ws = -glm::normalize(glm::dvec3(world_from_node[2]));
+  camera.right_ws = glm::normalize(glm::cross(camera.forward_ws, glm::dvec3(world_from_node[1])));
+  camera.up_ws = glm::cross(camera.right_ws, camera.forward_ws);
+  camera.target_ws = camera.eye_ws + camera.forward_ws * target_distance_m;
+  return camera;
+}
+
+glm::dmat4 ClipFromView(const Camera& camera, double aspect) {
+  const bool is_bounded = camera.far_m > camera.near_m;
+  glm::dmat4 clip(0);
+  if (camera.is_orthographic) {
+    // Depth needs an end: without a far plane, 2^20 times the near distance.
+    const double far_m = is_bounded ? camera.far_m : camera.near_m * 1048576;
+    clip[0][0] = 2 / (camera.ortho_height_m * aspect);
+    clip[1][1] = 2 / camera.ortho_height_m;
+    clip[2][2] = 1 / (far_m - camera.near_m);
+    clip[3][2] = far_m / (far_m - camera.near_m);
+    clip[3][3] = 1;
+    return clip;
+  }
+  clip[0][0] = 1 / (camera.tan_half_fovy * aspect);
+  clip[1][1] = 1 / camera.tan_half_fovy;
+  clip[2][3] = -1;
+  if (is_bounded) {
+    clip[2][2] = camera.near_m / (camera.far_m - camera.near_m);
+    clip[3][2] = camera.near_m * camera.far_m / (camera.far_m - camera.near_m);
+  } else {
+    clip[3][2] = camera.near_m;
+  }
+  return clip;
+}
+
+glm::dmat3 ViewRotationFromWorld(const Camera& camera) {
+  return glm::transpose(glm::dmat3(camera.right_ws, camera.up_ws, -camera.forward_ws));
+}
+
+}  // namespace halfshade

@@ -1,0 +1,143 @@
+#include "renderer/plan/frame_plan.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "renderer/math/camera.h"
+#include "renderer/math/light_frame.h"
+
+namespace halfshade {
+namespace {
+
+std::array<glm::dvec3, 8> Corners(const Box3d& box) {
+  std::array<glm::dvec3, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    corners[i] = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z};
+  }
+  return corners;
+}
+
+bool Wants(const RenderRequest& request, OutputKind kind) {
+  return std::find(request.outputs.begin(), request.outputs.end(), kind) != request.outputs.end();
+}
+
+Box3d InLightFrame(const LightFrame& frame, const Box3d& box) {
+  Box3d result;
+  for (const glm::dvec3& corner : Corners(box)) result.Add(PointToLight(frame, corner));
+  return result;
+}
+
+}  // namespace
+
+Box3d WorldBox(const FlatScene& scene, const Instance& instance) {
+  const Box3f& bounds = scene.meshes[instance.mesh].bounds;
+  Box3d box;
+  if (bounds.IsEmpty()) return box;
+  for (const glm::dvec3& corner : Corners({glm::dvec3(bounds.min), glm::dvec3(bounds.max)})) {
+    box.Add(glm::dvec3(instance.world_from_mesh * glm::dvec4(corner, 1)));
+  }
+  return box;
+}
+
+bool HasNoPower(const AreaLight& light) {
+  const bool is_rectangle = light.width_m > 0 && light.height_m > 0;
+  return (is_rectangle ? light.radiance : light.intensity) == glm::vec3(0);
+}
+
+bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers) {
+  const LightFrame frame = MakeLightFrame(light);
+  return std::all_of(receivers.begin(), receivers.end(),
+                     [&](const Box3d& box) { return InLightFrame(frame, box).max.z <= 0; });
+}
+
+bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers) {
+  const LightFrame frame = MakeLightFrame(light);
+  const glm::dvec2 half(light.width_m / 2, light.height_m / 2);
+  Box3d all_receivers;
+  for (const Box3d& box : receivers) {
+    const Box3d in_light = InLightFrame(frame, box);
+    all_receivers.Add(in_light.min);
+    all_receivers.Add(in_light.max);
+  }
+  const double far_z = all_receivers.max.z;
+  if (all_receivers.IsEmpty() || far_z <= 0) return true;
+  // At depth z the hull lies inside the light's rectangle grown linearly, by z / (the nearest receiver's z), to the
+  // receivers' rectangle; with receivers at every depth from 0 the union of the two bounds it.
+  const auto is_outside = [&](double low, double high, double half_edge, double receivers_low, double receivers_high) {
+    return high < std::min(-half_edge, receivers_low) || low > std::max(half_edge, receivers_high);
+  };
+  return std::all_of(occluders.begin(), occluders.end(), [&](const Box3d& box) {
+    const Box3d in_light = InLightFrame(frame, box);
+    return in_light.max.z <= 0 || in_light.min.z > far_z ||
+           is_outside(in_light.min.x, in_light.max.x, half.x, all_receivers.min.x, all_receivers.max.x) ||
+           is_outside(in_light.min.y, in_light.max.y, half.y, all_receivers.min.y, all_receivers.max.y);
+  });
+}
+
+bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& boxes) {
+  const glm::dmat4 clip_from_camera = ClipFromView(camera, aspect) * glm::dmat4(ViewRotationFromWorld(camera));
+  return std::all_of(boxes.begin(), boxes.end(), [&](const Box3d& box) {
+    // Outside if all corners are beyond one of: left, right, bottom, top, near, far.
+    std::array<bool, 6> all_beyond;
+    all_beyond.fill(true);
+    for (const glm::dvec3& corner : Corners(box)) {
+      const glm::dvec4 p = clip_from_camera * glm::dvec4(corner - camera.eye_ws, 1);
+      const bool beyond[6] = {p.x < -p.w, p.x > p.w, p.y < -p.w, p.y > p.w, p.z > p.w, p.z < 0};
+      for (int i = 0; i < 6; ++i) all_beyond[i] = all_beyond[i] && beyond[i];
+    }
+    return std::find(all_beyond.begin(), all_beyond.end(), true) != all_beyond.end();
+  });
+}
+
+std::array<glm::dvec3, 4> GroundQuad(const RenderRequest& request) {
+  const double half = request.ground->size_m / 2;
+  const double y = request.ground->height_m - 1e-4 * request.ground->size_m;
+  const glm::dvec3& c = request.camera.target_ws;
+  return {glm::dvec3(c.x - half, y, c.z + half), glm::dvec3(c.x + half, y, c.z + half),
+          glm::dvec3(c.x + half, y, c.z - half), glm::dvec3(c.x - half, y, c.z - half)};
+}
+
+FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderRequest& request) {
+  FramePlan plan;
+  const bool wants_visibility = Wants(request, OutputKind::kVisibility);
+  plan.needs_shading = Wants(request, OutputKind::kFrame);
+  plan.needs_textures = plan.needs_shading;
+  plan.lights.resize(request.lights.size());
+
+  std::vector<Box3d> occluders, receivers, visible;
+  for (const Instance& instance : pose.instances) {
+    const Box3d box = WorldBox(scene, instance);
+    if (box.IsEmpty()) continue;
+    if (instance.casts) occluders.push_back(box);
+    if (instance.receives) receivers.push_back(box);
+    if (instance.is_visible) visible.push_back(box);
+  }
+  if (request.ground) {
+    Box3d ground;
+    for (const glm::dvec3& corner : GroundQuad(request)) ground.Add(corner);
+    receivers.push_back(ground);
+    visible.push_back(ground);
+  }
+
+  if (SeesNone(request.camera, double(request.width) / request.height, visible)) {
+    plan.draws_gbuffer = false;
+    plan.gbuffer_reason = "nothing is in view";
+  }
+  for (size_t i = 0; i < request.lights.size(); ++i) {
+    const AreaLight& light = request.lights[i];
+    LightPlan& light_plan = plan.lights[i];
+    const std::string name = "lights[" + std::to_string(i) + "]: ";
+    if (HasNoPower(light) && !wants_visibility) {
+      light_plan = {LightOutcome::kSkipped, name + "emits nothing, and visibility is not asked"};
+    } else if (!plan.draws_gbuffer) {
+      light_plan = {LightOutcome::kNoMapNeeded, name + "no receiver is in view"};
+    } else if (FacesAway(light, receivers)) {
+      light_plan = {LightOutcome::kNoMapNeeded, name + "faces away from every receiver"};
+    } else if (HasNoOccluder(light, occluders, receivers)) {
+      light_plan = {LightOutcome::kNoMapNeeded, name + "no occluder between it and the receivers"};
+    }
+  }
+  return plan;
+}
+
+}  // namespace halfshade

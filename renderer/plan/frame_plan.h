@@ -1,0 +1,55 @@
+// What a request needs, what it does not, and why. Pure; no GL; every predicate is conservative: a skip is a proof.
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+#include "renderer/scene/pose.h"
+
+namespace halfshade {
+
+enum class LightOutcome {
+  kCompute,      // the method runs
+  kNoMapNeeded,  // nothing can hide the light: visibility is the horizon's share
+  kSkipped,      // nobody asks for this light
+};
+
+struct LightPlan {
+  LightOutcome outcome = LightOutcome::kCompute;
+  std::string reason;  // of anything but kCompute, naming the light
+};
+
+struct FramePlan {
+  bool draws_gbuffer = true;
+  std::string gbuffer_reason;  // why not
+  bool needs_shading = true;   // some output shows colours
+  bool needs_textures = true;
+  std::vector<LightPlan> lights;
+};
+
+FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderRequest& request);
+
+// The predicates, each with the reason that the report gives.
+
+// The light emits nothing: radiance zero (rectangle), intensity zero (line, point).
+bool HasNoPower(const AreaLight& light);
+// Every receiver's box stands at or behind the light's plane: nothing is lit, whatever occludes.
+bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers);
+// No casting box reaches into the hull of the light and the receivers' boxes, tested by the separating planes of boxes and
+// hull along the light's axes: false when in doubt.
+bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers);
+// No box reaches into the camera's view.
+bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& boxes);
+
+// World box of one mesh at one place: of its bounds' transformed corners, so it may be larger than the mesh.
+Box3d WorldBox(const FlatScene& scene, const Instance& instance);
+
+// Corners of the request's ground: a square centred under the camera's target, 1e-4 of its size lower than told so that flat
+// bases don't fight with it. Counter-clockwise seen from above. Requires request.ground.
+std::array<glm::dvec3, 4> GroundQuad(const RenderRequest& request);
+
+}  // namespace halfshade

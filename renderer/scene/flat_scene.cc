@@ -1,0 +1,24 @@
+#include "renderer/scene/flat_scene.h"
+
+namespace halfshade {
+namespace {
+
+template <typename T>
+size_t ArrayBytes(const std::vector<T>& values) {
+  return values.size() * sizeof(T);
+}
+
+}  // namespace
+
+size_t FlatScene::SizeBytes() const {
+  size_t bytes = sizeof(FlatScene) + ArrayBytes(positions) + ArrayBytes(normals) + ArrayBytes(texcoords) +
+                 ArrayBytes(indices) + ArrayBytes(meshes) + ArrayBytes(clusters) + ArrayBytes(materials) +
+                 ArrayBytes(textures) + ArrayBytes(images) + ArrayBytes(nodes) + ArrayBytes(cameras) +
+                 ArrayBytes(scenes) + ArrayBytes(warnings);
+  for (const EncodedImage& image : images) bytes += image.bytes.size() + image.name.size();
+  for (const Node& node : nodes) bytes += node.name.size();
+  for (const std::string& warning : warnings) bytes += warning.size();
+  return bytes;
+}
+
+}  // namespace halfshade

@@ -1,0 +1,186 @@
+#include "renderer/shade/gbuffer.h"
+
+#include <glad/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "renderer/gl/framebuffer.h"
+#include "renderer/math/camera.h"
+#include "renderer/plan/frame_plan.h"
+#include "renderer/status.h"
+
+namespace halfshade {
+namespace {
+
+constexpr double kMillisecondsPerTriangle = 3e-4;    // llvmpipe, two cores
+constexpr double kMillisecondsPerPixel = 4e-5;       // cleared and covered a few times
+constexpr uint32_t kTrianglesPerDraw = 32768;
+constexpr int kBaseColorUnit = 0;
+constexpr GLuint kPlanesBinding = 0;
+// The ground's colour: a neutral grey that shows shadow and light.
+constexpr glm::vec4 kGroundColor{0.6f, 0.6f, 0.6f, 1};
+
+// What is drawn with one set of uniforms.
+struct Drawable {
+  glm::dmat4 camera_from_mesh{1};  // world axes, origin at the eye
+  glm::vec4 base_color{1};
+  const gl::Texture* texture = nullptr;
+  bool is_double_sided = false;
+  uint32_t first_triangle = 0;
+  uint32_t triangle_count = 0;
+  uint32_t base_vertex = 0;
+};
+
+class GBufferPass {
+ public:
+  GBufferPass(const DrawContext& draw, gl::Program* program, const RenderRequest& request)
+      : draw_(draw), gl_(draw.context->gl()), program_(program) {
+    const double aspect = double(request.width) / request.height;
+    // Row 0 of the image is row 0 of the framebuffer: y is flipped here, and with it what counts as a front face.
+    flipped_clip_from_camera_ = glm::dmat4(1);
+    flipped_clip_from_camera_[1][1] = -1;
+    flipped_clip_from_camera_ = flipped_clip_from_camera_ * ClipFromView(request.camera, aspect) *
+                                glm::dmat4(ViewRotationFromWorld(request.camera));
+    gl_.GetIntegerv(GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT, &buffer_alignment_);
+    program_->Set("is_orthographic", int(request.camera.is_orthographic));
+    program_->Set("forward", glm::vec3(request.camera.forward_ws));
+    program_->Set("base_color_texture", kBaseColorUnit);
+  }
+
+  absl::Status Draw(const Drawable& drawable, const gl::Buffer& planes) {
+    const glm::dmat3 linear(drawable.camera_from_mesh);
+    const double determinant = glm::determinant(linear);
+    if (determinant == 0) return absl::OkStatus();  // flattened: no triangle has an area
+    program_->Set("clip_from_mesh", glm::mat4(flipped_clip_from_camera_ * drawable.camera_from_mesh));
+    program_->Set("camera_from_mesh", glm::mat4(drawable.camera_from_mesh));
+    program_->Set("normal_from_mesh", glm::mat3(glm::transpose(glm::inverse(linear))));
+    program_->Set("base_color", drawable.base_color);
+    program_->Set("has_texture", int(drawable.texture != nullptr));
+    if (drawable.texture != nullptr) drawable.texture->Bind(kBaseColorUnit);
+    gl_.FrontFace(determinant > 0 ? GL_CW : GL_CCW);
+    if (drawable.is_double_sided) {
+      gl_.Disable(GL_CULL_FACE);
+    } else {
+      gl_.Enable(GL_CULL_FACE);
+    }
+    const uint32_t planes_per_step = std::max<uint32_t>(1, uint32_t(buffer_alignment_) / sizeof(glm::vec4));
+    for (uint32_t done = 0; done < drawable.triangle_count; done += kTrianglesPerDraw) {
+      const uint32_t first = drawable.first_triangle + done;
+      const uint32_t count = std::min(kTrianglesPerDraw, drawable.triangle_count - done);
+      // The planes of these triangles alone, from the last aligned one: a block has a largest size.
+      const uint32_t aligned = first / planes_per_step * planes_per_step;
+      gl_.BindBufferRange(GL_SHADER_STORAGE_BUFFER, kPlanesBinding, planes.id(), GLintptr(aligned * sizeof(glm::vec4)),
+                          GLsizeiptr((first - aligned + count) * sizeof(glm::vec4)));
+      program_->Set("first_triangle", int(first - aligned));
+      RETURN_IF_ERROR(draw_.pacer->Charge(kMillisecondsPerTriangle * count));
+      gl_.DrawElementsBaseVertex(GL_TRIANGLES, GLsizei(3 * count), GL_UNSIGNED_INT,
+                                 reinterpret_cast<const void*>(3 * sizeof(uint32_t) * size_t(first)),
+                                 GLint(drawable.base_vertex));
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  const DrawContext& draw_;
+  const GladGLContext& gl_;
+  gl::Program* program_;
+  glm::dmat4 flipped_clip_from_camera_;
+  GLint buffer_alignment_ = 256;
+};
+
+// Camera-relative: the large numbers cancel in double, before anything is rounded.
+glm::dmat4 CameraFromMesh(const glm::dmat4& world_from_mesh, const Camera& camera) {
+  glm::dmat4 result = world_from_mesh;
+  result[3] -= glm::dvec4(camera.eye_ws, 0);
+  return result;
+}
+
+absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const RenderRequest& request) {
+  const gl::Context& context = *draw.context;
+  const GladGLContext& gl = context.gl();
+  const std::array<glm::dvec3, 4> corners = GroundQuad(request);
+  const glm::dvec3 center = (corners[0] + corners[2]) * 0.5;
+  std::vector<glm::vec3> positions;
+  for (const glm::dvec3& corner : corners) positions.emplace_back(corner - center);
+  // Both windings: seen from above and from below.
+  const std::vector<uint32_t> indices = {0, 1, 2, 0, 2, 3};
+  const std::vector<glm::vec4> planes(2, glm::vec4(0, 1, 0, 0));
+  ASSIGN_OR_RETURN(gl::Buffer position_buffer, gl::Buffer::Create(context, positions));
+  ASSIGN_OR_RETURN(gl::Buffer index_buffer, gl::Buffer::Create(context, indices));
+  ASSIGN_OR_RETURN(gl::Buffer plane_buffer, gl::Buffer::Create(context, planes));
+  gl::VertexArray vertex_array = gl::VertexArray::Create(context);
+  gl.VertexArrayVertexBuffer(vertex_array.id(), 0, position_buffer.id(), 0, sizeof(glm::vec3));
+  gl.VertexArrayAttribFormat(vertex_array.id(), 0, 3, GL_FLOAT, GL_FALSE, 0);
+  gl.VertexArrayAttribBinding(vertex_array.id(), 0, 0);
+  gl.EnableVertexArrayAttrib(vertex_array.id(), 0);
+  gl.VertexArrayElementBuffer(vertex_array.id(), index_buffer.id());
+  // No normal and texture coordinate arrays: a zero normal makes the geometric one shade.
+  gl.VertexAttrib3f(1, 0, 0, 0);
+  gl.VertexAttrib2f(2, 0, 0);
+  gl.BindVertexArray(vertex_array.id());
+  Drawable ground;
+  ground.camera_from_mesh = CameraFromMesh(glm::translate(glm::dmat4(1), center), request.camera);
+  ground.base_color = kGroundColor;
+  ground.is_double_sided = true;
+  ground.triangle_count = 2;
+  return pass.Draw(ground, plane_buffer);
+}
+
+}  // namespace
+
+absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& scene, const SceneOnContext& on_context,
+                                    const Pose& pose, const RenderRequest& request, bool with_materials) {
+  const gl::Context& context = *draw.context;
+  const GladGLContext& gl = context.gl();
+  GBuffer gbuffer;
+  ASSIGN_OR_RETURN(gbuffer.planes, gl::Texture::Create2D(context, GL_RGBA32F, request.width, request.height));
+  ASSIGN_OR_RETURN(gbuffer.depth, gl::Texture::Create2D(context, GL_DEPTH_COMPONENT32F, request.width, request.height));
+  std::vector<const gl::Texture*> colors = {&gbuffer.planes};
+  std::vector<std::string> defines;
+  if (with_materials) {
+    ASSIGN_OR_RETURN(gbuffer.normals, gl::Texture::Create2D(context, GL_RGBA16F, request.width, request.height));
+    ASSIGN_OR_RETURN(gbuffer.base_colors, gl::Texture::Create2D(context, GL_RGBA16F, request.width, request.height));
+    colors = {&gbuffer.planes, &gbuffer.normals, &gbuffer.base_colors};
+    defines = {"HAS_MATERIAL"};
+  }
+  ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(context, colors, &gbuffer.depth));
+  ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("shade/gbuffer.vert", "shade/gbuffer.frag", defines));
+  framebuffer.Bind();
+  gl.Viewport(0, 0, request.width, request.height);
+  gl.Enable(GL_DEPTH_TEST);
+  gl.DepthFunc(GL_GREATER);
+  gl.DepthMask(GL_TRUE);
+  gl.Disable(GL_BLEND);
+  gl.CullFace(GL_BACK);
+  const float zero[4] = {0, 0, 0, 0};
+  for (int i = 0; i < int(colors.size()); ++i) gl.ClearBufferfv(GL_COLOR, i, zero);
+  gl.ClearBufferfv(GL_DEPTH, 0, zero);
+  program->Use();
+  GBufferPass pass(draw, program, request);
+  RETURN_IF_ERROR(draw.pacer->Charge(kMillisecondsPerPixel * request.width * request.height));
+  gl.BindVertexArray(on_context.vertex_array().id());
+  for (const Instance& instance : pose.instances) {
+    if (!instance.is_visible) continue;
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    const Material& material = scene.materials[mesh.material];
+    Drawable drawable;
+    drawable.camera_from_mesh = CameraFromMesh(instance.world_from_mesh, request.camera);
+    drawable.base_color = material.base_color;
+    drawable.texture = with_materials ? on_context.base_color_texture(mesh.material) : nullptr;
+    drawable.is_double_sided = material.is_double_sided;
+    drawable.first_triangle = mesh.first_index / 3;
+    drawable.triangle_count = mesh.TriangleCount();
+    drawable.base_vertex = mesh.first_vertex;
+    RETURN_IF_ERROR(pass.Draw(drawable, on_context.triangle_planes()));
+    gbuffer.triangles_drawn += mesh.TriangleCount();
+  }
+  if (request.ground) RETURN_IF_ERROR(DrawGround(draw, pass, request));
+  gl.Disable(GL_CULL_FACE);
+  gl.Disable(GL_DEPTH_TEST);
+  RETURN_IF_ERROR(context.Check("gbuffer"));
+  return gbuffer;
+}
+
+}  // namespace halfshade

@@ -1,0 +1,20 @@
+// The way out of every method: sums become visibility in [0,1] and the horizon is applied.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include "renderer/gl/draw_context.h"
+#include "renderer/gl/texture.h"
+#include "renderer/light/receivers.h"
+#include "renderer/request.h"
+#include "renderer/shadow/shadow_method.h"
+
+namespace halfshade {
+
+// RG32F [height][width]: v = min(clamp(1 - sum/full), share), and the share of the light's area above the receiver's
+// plane (0: it faces away or stands behind the light; -1: nothing is drawn there, v = 1).
+// `occlusion` null: nothing hides the light, v is the share.
+absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const OcclusionSum* occlusion,
+                                             const Receivers& receivers, const AreaLight& light);
+
+}  // namespace halfshade

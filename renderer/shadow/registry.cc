@@ -1,0 +1,23 @@
+#include "renderer/renderer.h"
+#include "renderer/shadow/hard/hard.h"
+#include "renderer/shadow/multi_map/multi_map.h"
+#include "renderer/shadow/shadow_method.h"
+
+namespace halfshade {
+
+const std::vector<RegisteredMethod>& MethodRegistry() {
+  static const HardMethod hard;
+  static const MultiMapMethod multi_map;
+  static const std::vector<RegisteredMethod> methods = {{"hard", &hard}, {"multi_map", &multi_map}};
+  return methods;
+}
+
+const RegisteredMethod& FindMethod(const MethodOptions& options) { return MethodRegistry()[options.index()]; }
+
+std::vector<std::string> RegisteredMethods() {
+  std::vector<std::string> names;
+  for (const RegisteredMethod& registered : MethodRegistry()) names.push_back(registered.name);
+  return names;
+}
+
+}  // namespace halfshade

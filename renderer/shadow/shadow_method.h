@@ -1,0 +1,72 @@
+// The door that every shadow method opens by.
+//
+// A method turns occluders and one light into LightData (camera-free, cacheable) and LightData and receivers into
+// visibility. A new method is a new folder and a line in registry.cc. Used on the context's thread.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "renderer/gl/draw_context.h"
+#include "renderer/light/light_data.h"
+#include "renderer/light/occluders_on_context.h"
+#include "renderer/light/receivers.h"
+#include "renderer/request.h"
+
+namespace halfshade {
+
+// What a method's needs depend on.
+struct SceneFacts {
+  uint64_t occluder_triangles = 0;
+};
+
+// What building the light data takes. Pure: known before anything is drawn.
+struct MethodNeeds {
+  uint32_t maps = 0;              // depth maps drawn, side windows not counted
+  int map_size = 0;               // texels a side
+  uint64_t light_data_bytes = 0;  // if everything is kept
+};
+
+struct LightInputs {
+  const OccludersOnContext* occluders = nullptr;  // outlives the light data
+  AreaLight light;
+  uint32_t seed = 0;
+  uint64_t max_light_data_bytes = 0;  // over it a method keeps the recipe and draws again at every resolve
+};
+
+// What a method returns before the door: occlusion as a sum. Hidden fraction of the light = sum / full_sum.
+struct OcclusionSum {
+  gl::Texture sums;  // R32F, one texel per receiver
+  float full_sum = 1;
+};
+
+class ShadowMethod {
+ public:
+  virtual ~ShadowMethod() = default;
+  virtual MethodNeeds Needs(const MethodOptions& options, const SceneFacts& facts) const = 0;
+  virtual absl::StatusOr<std::unique_ptr<LightData>> BuildLightData(const DrawContext& draw, const LightInputs& inputs,
+                                                                    const MethodOptions& options) const = 0;
+  virtual absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
+                                                        const Receivers& receivers,
+                                                        const MethodOptions& options) const = 0;
+  // Every option by its proto field name, for the report.
+  virtual std::vector<std::pair<std::string, std::string>> DescribeOptions(const MethodOptions& options) const = 0;
+};
+
+struct RegisteredMethod {
+  std::string name;  // proto field name
+  const ShadowMethod* method = nullptr;
+};
+
+// All methods, in the order of MethodOptions' alternatives.
+const std::vector<RegisteredMethod>& MethodRegistry();
+
+// The method of these options.
+const RegisteredMethod& FindMethod(const MethodOptions& options);
+
+}  // namespace halfshade

@@ -1,0 +1,5 @@
+// One triangle that covers the viewport; no vertex buffer.
+void main() {
+  vec2 corner = vec2((gl_VertexID & 1) * 4, (gl_VertexID >> 1) * 4);
+  gl_Position = vec4(corner - 1.0, 0.0, 1.0);
+}

@@ -1,0 +1,34 @@
+// What gets a shadow: one point and its tangent plane, rebuilt from the receiver-plane texture in the frame of a light
+// (origin at the light's centre, x and y along its edges, z its normal).
+//
+// planes: rgb the geometric normal in world axes, turned to the camera; a the plane's offset: n.(x - eye) = a for every
+// point x of the plane. A zero normal: nothing is drawn there.
+
+struct Receiver {
+  bool is_drawn;
+  vec3 position;
+  vec3 normal;
+  float offset;  // normal . x = offset on the tangent plane
+};
+
+uniform sampler2D planes;
+uniform mat3 ray_from_ndc;          // world axes: columns right, up, forward, scaled to the edges of the view
+uniform bool is_orthographic;
+uniform vec2 ndc_from_pixel;        // 2 / size
+uniform mat3 light_from_camera;     // rotation from world axes
+uniform vec3 eye_in_light;
+
+Receiver FetchReceiver(vec2 fragment) {
+  vec4 plane = texelFetch(planes, ivec2(fragment), 0);
+  vec2 ndc = vec2(fragment.x * ndc_from_pixel.x - 1.0, 1.0 - fragment.y * ndc_from_pixel.y);  // row 0 on top
+  vec3 across = ray_from_ndc[0] * ndc.x + ray_from_ndc[1] * ndc.y;
+  vec3 origin = is_orthographic ? across : vec3(0.0);
+  vec3 ray = is_orthographic ? ray_from_ndc[2] : across + ray_from_ndc[2];
+  Receiver receiver;
+  receiver.is_drawn = plane.xyz != vec3(0.0);
+  float along = (plane.w - dot(plane.xyz, origin)) / dot(plane.xyz, ray);
+  receiver.position = light_from_camera * (origin + ray * along) + eye_in_light;
+  receiver.normal = light_from_camera * plane.xyz;
+  receiver.offset = plane.w + dot(receiver.normal, eye_in_light);
+  return receiver;
+}

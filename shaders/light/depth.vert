@@ -1,0 +1,12 @@
+// Depth of occluders from one point of the light: stores d = z_near / z = w z_near (reversed, far plane at infinity).
+layout(location = 0) in vec3 position_ls;
+
+uniform mat3 map_from_light;    // axes of the map: a permutation, exact
+uniform vec3 sample_position;   // the light's point, in the map's axes
+uniform vec4 ndc_from_slope;    // ndc = slope * xy + zw
+uniform float z_near;
+
+void main() {
+  vec3 p = map_from_light * position_ls - sample_position;
+  gl_Position = vec4(p.xy * ndc_from_slope.xy + p.z * ndc_from_slope.zw, z_near, p.z);
+}

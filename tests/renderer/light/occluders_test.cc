@@ -1,0 +1,82 @@
+#include "renderer/light/occluders.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/flat_scene_builder.h"
+
+namespace halfshade {
+namespace {
+
+// A square of side 1 at height y, facing up.
+GlbMesh Square(float y, float x = 0) {
+  GlbMesh mesh;
+  mesh.positions = {{x - 0.5f, y, -0.5f}, {x + 0.5f, y, -0.5f}, {x + 0.5f, y, 0.5f}, {x - 0.5f, y, 0.5f}};
+  mesh.indices = {0, 2, 1, 0, 3, 2};
+  return mesh;
+}
+
+AreaLight LightAt(double height) {
+  AreaLight light;
+  light.center_ws = {0, height, 0};
+  light.axis_u_ws = {1, 0, 0};
+  light.axis_v_ws = {0, 0, 1};
+  light.normal_ws = {0, -1, 0};
+  light.width_m = light.height_m = 0.5;
+  return light;
+}
+
+LightSpaceOccluders Build(const std::vector<GlbMesh>& meshes, const AreaLight& light) {
+  const FlatScene scene = MakeFlatScene(meshes);
+  return BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light);
+}
+
+TEST(LightSpaceOccludersTest, KeepsOnlyTrianglesWithAPartInFrontOfTheLight) {
+  EXPECT_EQ(Build({Square(0), Square(5)}, LightAt(2)).indices.size(), 6u);
+  EXPECT_EQ(Build({Square(5)}, LightAt(2)).indices.size(), 0u);
+}
+
+TEST(LightSpaceOccludersTest, DepthIsDistanceAlongTheLightsNormal) {
+  for (const glm::vec3& p : Build({Square(0.5f)}, LightAt(2)).positions) EXPECT_FLOAT_EQ(p.z, 1.5f);
+}
+
+TEST(LightSpaceOccludersTest, NearPlaneIsJustBelowTheNearestOccluder) {
+  const double z_near = Build({Square(0), Square(1)}, LightAt(2)).hull.z_near();
+  EXPECT_LT(z_near, 1);
+  EXPECT_GT(z_near, 0.99);
+}
+
+TEST(LightSpaceOccludersTest, ScalingByAPowerOfTwoScalesEveryNumberExactly) {
+  const LightSpaceOccluders one = Build({Square(0.1f), Square(0.3f, 0.7f)}, LightAt(2));
+  GlbMesh a = Square(0.1f), b = Square(0.3f, 0.7f);
+  const float scale = std::ldexp(1.0f, 12);
+  for (GlbMesh* mesh : {&a, &b}) {
+    for (glm::vec3& p : mesh->positions) p *= scale;
+  }
+  AreaLight light = LightAt(2.0 * scale);
+  light.width_m *= scale;
+  light.height_m *= scale;
+  const LightSpaceOccluders scaled = Build({a, b}, light);
+  ASSERT_EQ(one.positions.size(), scaled.positions.size());
+  for (size_t i = 0; i < one.positions.size(); ++i) EXPECT_EQ(one.positions[i] * scale, scaled.positions[i]);
+  EXPECT_EQ(one.hull.z_near() * scale, scaled.hull.z_near());
+  EXPECT_EQ(one.hull.FrontWindow({0.1, 0}).u1, scaled.hull.FrontWindow({0.1 * scale, 0}).u1);
+}
+
+TEST(LightSpaceOccludersTest, FarFromTheOriginNothingIsLost) {
+  // The mesh stands 1e6 m away; the light stands over it. Half an ulp of the distance to the light is left as error.
+  GlbMesh far = Square(0.25f);
+  far.world_from_mesh[3] = glm::dvec4(1e6, 0, 0, 1);
+  AreaLight light = LightAt(2);
+  light.center_ws.x = 1e6;
+  const LightSpaceOccluders here = Build({Square(0.25f)}, LightAt(2));
+  const LightSpaceOccluders there = Build({far}, light);
+  ASSERT_EQ(here.positions.size(), there.positions.size());
+  for (size_t i = 0; i < here.positions.size(); ++i) {
+    EXPECT_NEAR(glm::length(here.positions[i] - there.positions[i]), 0, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace halfshade

@@ -1,0 +1,96 @@
+#include "tests/support/render_fixture.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace halfshade {
+namespace {
+
+struct TestGl {
+  std::unique_ptr<gl::Context> context;
+  std::unique_ptr<Renderer> renderer;
+
+  TestGl() {
+    gl::ContextOptions options;
+    const char* backend = std::getenv("HALFSHADE_TEST_GL");
+    const std::string name = backend == nullptr ? "auto" : backend;
+    if (name == "egl") options.backend = gl::Backend::kEgl;
+    if (name == "osmesa") options.backend = gl::Backend::kOsmesa;
+    context = OrDie(gl::Context::Create(options));
+    renderer = OrDie(Renderer::Create(
+        context.get(), [](const EncodedImage&) { return absl::UnimplementedError("these tests have no textures"); }));
+  }
+
+  template <typename T>
+  static T OrDie(absl::StatusOr<T> value) {
+    if (!value.ok()) {
+      std::fprintf(stderr, "%s\n", value.status().ToString().c_str());
+      std::abort();
+    }
+    return *std::move(value);
+  }
+};
+
+// Never destroyed: GL must not be torn down after main.
+TestGl& Gl() {
+  static TestGl& gl = *new TestGl;
+  return gl;
+}
+
+}  // namespace
+
+Renderer& TestRenderer() { return *Gl().renderer; }
+gl::Context& TestContext() { return *Gl().context; }
+
+AreaLight LightAbove(double height, double size, glm::dvec2 center_xz) {
+  AreaLight light;
+  light.center_ws = {center_xz.x, height, center_xz.y};
+  light.axis_u_ws = {1, 0, 0};
+  light.axis_v_ws = {0, 0, 1};
+  light.normal_ws = {0, -1, 0};
+  light.width_m = light.height_m = size;
+  light.radiance = light.intensity = glm::vec3(1);
+  return light;
+}
+
+Camera LookFrom(glm::dvec3 eye, glm::dvec3 target) {
+  Camera camera;
+  camera.eye_ws = eye;
+  camera.target_ws = target;
+  camera.forward_ws = glm::normalize(target - eye);
+  camera.right_ws = glm::normalize(glm::cross(camera.forward_ws, glm::dvec3(0, 1, 0)));
+  camera.up_ws = glm::cross(camera.right_ws, camera.forward_ws);
+  camera.tan_half_fovy = 0.36397023426620234;  // tan(20 degrees)
+  camera.near_m = 1e-3 * glm::length(target - eye);
+  return camera;
+}
+
+Camera LookDown(double height, double size_m) {
+  Camera camera;
+  camera.eye_ws = {0, height, 0};
+  camera.target_ws = {0, 0, 0};
+  camera.forward_ws = {0, -1, 0};
+  camera.right_ws = {1, 0, 0};
+  camera.up_ws = {0, 0, -1};
+  camera.is_orthographic = true;
+  camera.ortho_height_m = size_m;
+  camera.near_m = 1e-3 * height;
+  camera.far_m = 10 * height;
+  return camera;
+}
+
+Image RenderVisibility(const FlatScene& scene, RenderRequest request, RenderReport* report) {
+  request.outputs = {OutputKind::kVisibility};
+  auto result = TestRenderer().Render("test", scene, request, [] { return absl::OkStatus(); });
+  TestRenderer().ForgetScene("test");
+  EXPECT_OK(result);
+  if (!result.ok()) return Image();
+  if (report != nullptr) *report = result->report;
+  return std::move(result->images[0].image);
+}
+
+std::vector<TestMethod> TestMethods() {
+  return {{"hard", HardOptions{512}}, {"multi_map", MultiMapOptions{32, 512}}};
+}
+
+}  // namespace halfshade
