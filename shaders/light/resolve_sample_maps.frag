@@ -1,7 +1,8 @@
 // How many of a batch of light samples a receiver cannot see: one depth map per sample, nearest texel.
 //
 // A texel hides its sample from the receiver only if it is nearer than the receiver and above the receiver's tangent
-// plane, evaluated at the texel's centre: geometry, not a tuned bias. A sample at or below the tangent plane is hidden.
+// plane, evaluated at the texel's centre: geometry, not a tuned bias. What is added to the plane is 4 ulps of w, a thousandth
+// of w's change over a texel (rasterisers place w that well), and the plane's own error in floats. A sample at or below the tangent plane is hidden.
 #include "common/receiver.glsl"
 
 layout(location = 0) out float hidden_samples;
@@ -43,7 +44,8 @@ void main() {
     vec2 center = window.xy + (cell + 0.5) / window.zw;
     float plane_w = (dot(normal.xy, center) + normal.z) / offset;
     float plane_w_per_texel = dot(abs(normal.xy), 1.0 / window.zw) / abs(offset);
-    float tolerance = 4.0 * 1.1920929e-7 * occluder_w + 1e-3 * plane_w_per_texel;
+    float tolerance = 4.0 * 1.1920929e-7 * occluder_w + 1e-3 * plane_w_per_texel +
+                      abs(plane_w * receiver.error / offset);
     bool is_occluded = is_inside && occluder_w > 1.0 / q.z && occluder_w > plane_w + tolerance;
     bool counts_horizon = side == 0;  // once a sample
     hidden += is_above_horizon ? float(is_occluded) : float(counts_horizon);

@@ -1,0 +1,36 @@
+// The commands of `halfshade`, one function each. They print data to stdout and words to stderr; what fails comes back
+// as a status (client/exit_code.h says what it exits with).
+#pragma once
+
+#include <absl/status/status.h>
+
+#include <string>
+
+#include "client/render_flags.h"
+
+namespace halfshade {
+
+// Flags that stand before or after the command.
+struct GlobalFlags {
+  std::string servers;  // --server, HALFSHADE_SERVER: "host:port,host:port"; empty: the service in this process
+  bool wants_json = false;
+  std::string gl = "auto";  // auto, egl, osmesa
+  int egl_device = -1;
+  int contexts = 1;
+  double timeout_s = 600;  // the longest that a server allows
+};
+
+struct RenderCommand {
+  RenderFlags flags;
+  bool prints_request = false;
+};
+
+absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command);
+absl::Status RunUpload(const GlobalFlags& global, const std::string& file);
+absl::Status RunScenes(const GlobalFlags& global);
+absl::Status RunScene(const GlobalFlags& global, const std::string& scene);
+absl::Status RunInfo(const GlobalFlags& global);
+absl::Status RunHealth(const GlobalFlags& global);
+absl::Status RunDoctor(const GlobalFlags& global);
+
+}  // namespace halfshade

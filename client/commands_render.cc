@@ -1,0 +1,59 @@
+// halfshade render
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+
+#include "client/command_support.h"
+#include "client/exit_code.h"
+#include "client/input_file.h"
+#include "client/output_file.h"
+#include "renderer/status.h"
+
+namespace halfshade {
+namespace {
+
+absl::Status WriteImages(const v1::RenderResponse& response, const std::vector<std::string>& paths) {
+  if (response.images_size() != static_cast<int>(paths.size())) {
+    return absl::InternalError(absl::StrCat("the server sent ", response.images_size(), " images, not ", paths.size()));
+  }
+  std::vector<OutputFile> files;
+  for (size_t i = 0; i < paths.size(); ++i) files.push_back({paths[i], response.images(static_cast<int>(i)).data()});
+  return WriteOutputFiles(files);
+}
+
+// "out.png: 1280 x 720, multi_map, 812 ms on llvmpipe (...)"
+std::string Summary(const std::string& path, const v1::RenderResponse& response, int index) {
+  const v1::RenderReport& report = response.report();
+  const v1::OutputImage& image = response.images(index);
+  return absl::StrFormat("%s: %d x %d, %s, %.0f ms on %s", path, image.width(), image.height(), report.method(),
+                         report.timing().total_ms(), report.gl_renderer());
+}
+
+}  // namespace
+
+absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command) {
+  ASSIGN_OR_RETURN(RenderJob job, BuildRenderJob(command.flags));
+  const bool is_file = !IsSceneName(job.request.scene());
+  if (command.prints_request) {
+    if (is_file) RETURN_IF_ERROR(CheckInputFile(job.request.scene()));
+    return Print(ToJson(job.request, /*with_defaults=*/false));
+  }
+  if (job.files.empty() && !global.wants_json) {
+    return UsageError("render: nothing to do without -o FILE, --json or --print-request");
+  }
+  for (const std::string& path : job.files) RETURN_IF_ERROR(CheckCanWrite(path));
+  SceneFiles files;
+  if (is_file) {
+    ASSIGN_OR_RETURN(files, ReadSceneFiles(job.request.scene()));
+    job.request.set_scene(files.name);
+  }
+  Progress progress;
+  ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, ConnectClient(global, &progress));
+  ASSIGN_OR_RETURN(const v1::RenderResponse response, client->Render(job.request, is_file ? &files : nullptr));
+  if (!job.files.empty()) RETURN_IF_ERROR(WriteImages(response, job.files));
+  for (size_t i = 0; i < job.files.size(); ++i) {
+    progress.Say(Summary(job.files[i], response, static_cast<int>(i)));
+  }
+  return global.wants_json ? Print(ToJson(response.report(), /*with_defaults=*/true)) : absl::OkStatus();
+}
+
+}  // namespace halfshade

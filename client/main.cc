@@ -1,0 +1,130 @@
+// halfshade: renders soft shadows from the command line, in this process or on a server.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/commands.h"
+#include "client/exit_code.h"
+
+namespace halfshade {
+namespace {
+
+struct CommandLine {
+  GlobalFlags global;
+  std::vector<std::pair<std::string, std::string>> tls;  // flag, file
+  RenderCommand render;
+  std::string file;  // SCENE, FILE or NAME of the command
+  std::function<absl::Status()> run;
+};
+
+constexpr const char* kLater[] = {"plan", "query", "compare", "batch", "sample", "bench"};
+constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
+
+void AddGlobalFlags(CLI::App* app, CommandLine* line) {
+  GlobalFlags& global = line->global;
+  app->add_option("--server", global.servers,
+                  "HOST:PORT or unix:PATH of one or several servers, with commas between "
+                  "them; without it the service runs in this process")
+      ->envname("HALFSHADE_SERVER");
+  app->add_flag("--json", global.wants_json, "print the reply (of render: the report) as JSON");
+  app->add_option("--timeout", global.timeout_s, "seconds for all calls together (600)")->check(CLI::PositiveNumber);
+  app->add_option("--gl", global.gl, "of the service in this process: auto, egl or osmesa")
+      ->check(CLI::IsMember({"auto", "egl", "osmesa"}));
+  app->add_option("--egl-device", global.egl_device, "of the service in this process: which EGL device")
+      ->check(CLI::NonNegativeNumber);
+  app->add_option("--contexts", global.contexts, "of the service in this process: how many GL contexts (1)")
+      ->check(CLI::Range(1, 64));
+  for (const char* flag : kTlsFlags) {
+    app->add_option_function<std::string>(
+        flag, [line, flag](const std::string& file) { line->tls.emplace_back(flag, file); },
+        "not available in this version");
+  }
+}
+
+void AddRender(CLI::App* app, CommandLine* line) {
+  CLI::App* render = app->add_subcommand("render", "render a scene with soft shadows");
+  RenderFlags& flags = line->render.flags;
+  auto repeatable = [&](const char* name, std::vector<std::string>* values, const char* help) {
+    render->add_option(name, *values, help)->allow_extra_args(false);
+  };
+  render->add_option("SCENE", flags.scene, "a .glb, .gltf or .obj file, or scenes/<hex>; '-' where a file names it");
+  repeatable("-o,--output", &flags.outputs, "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable");
+  render->add_option("--request", flags.request_file, "a RenderRequest in proto JSON; the other flags override it");
+  render->add_option("--view", flags.view_file, "camera, lights and ground of a view file");
+  auto* camera = render->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");
+  render->add_option("--camera-index", flags.camera_index, "a camera of the scene")->excludes(camera);
+  repeatable("--light", &flags.lights,
+             "'center=x,y,z edge_u=x,y,z edge_v=x,y,z direction=x,y,z radiance=r,g,b'; repeatable");
+  render->add_option("--ground", flags.ground, "'height=0 size=10 catcher'");
+  render->add_option("--size", flags.size, "WIDTHxHEIGHT in pixels");
+  render->add_option("--method", flags.method, "hard, multi_map, ...");
+  repeatable("--set", &flags.options, "KEY=VALUE, an option of the method; repeatable");
+  render->add_option("--max-error", flags.max_error, "mean absolute error of visibility over shadowed pixels");
+  render->add_option("--max-latency", flags.max_latency_ms, "milliseconds");
+  render->add_option("--certify", flags.certify, "PIXELS,RAYS: measure the error");
+  render->add_option("--seed", flags.seed, "of everything random");
+  render->add_option("--cache", flags.cache, "use or refresh");
+  render->add_flag("--print-request", line->render.prints_request, "print the request as JSON and render nothing");
+  render->callback([line] { line->run = [line] { return RunRender(line->global, line->render); }; });
+}
+
+void AddOthers(CLI::App* app, CommandLine* line) {
+  auto add = [&](const char* name, const char* help, absl::Status (*run)(const GlobalFlags&)) {
+    app->add_subcommand(name, help)->callback([line, run] { line->run = [line, run] { return run(line->global); }; });
+  };
+  auto add_with_file = [&](const char* name, const char* what, const char* help,
+                           absl::Status (*run)(const GlobalFlags&, const std::string&)) {
+    CLI::App* command = app->add_subcommand(name, help);
+    command->add_option(what, line->file)->required();
+    command->callback([line, run] { line->run = [line, run] { return run(line->global, line->file); }; });
+  };
+  add_with_file("upload", "FILE", "upload a scene; prints its name", &RunUpload);
+  add("scenes", "list the server's scenes", &RunScenes);
+  add_with_file("scene", "NAME", "what is in a scene (scenes/<hex>, or a file)", &RunScene);
+  add("info", "version, GL contexts, limits and methods of the server", &RunInfo);
+  add("health", "whether the server serves", &RunHealth);
+  add("doctor", "which GL devices there are, what was tried, what to do", &RunDoctor);
+  for (const char* name : kLater) {
+    CLI::App* command = app->add_subcommand(name, "not available in this version")->prefix_command();
+    command->callback([line, name] {
+      line->run = [name] { return absl::UnimplementedError(std::string(name) + " is not available in this version"); };
+    });
+  }
+}
+
+absl::Status Run(int argc, char** argv) {
+  CommandLine line;
+  CLI::App app("Soft shadows from area lights, over gRPC or in this process.", "halfshade");
+  app.set_version_flag("--version", "halfshade " HALFSHADE_VERSION);
+  app.require_subcommand(1);
+  app.fallthrough();
+  AddGlobalFlags(&app, &line);
+  AddRender(&app, &line);
+  AddOthers(&app, &line);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (app.exit(error) == 0) return absl::OkStatus();  // help or version, printed to stdout
+    return UsageError("");                              // already told on stderr
+  }
+  if (!line.tls.empty()) return UsageError(line.tls.front().first + " is not available yet");
+  return line.run();
+}
+
+}  // namespace
+}  // namespace halfshade
+
+int main(int argc, char** argv) {
+  absl::Status status;
+  try {
+    status = halfshade::Run(argc, argv);
+  } catch (const std::exception& error) {  // out of memory, or a library's
+    status = absl::InternalError(error.what());
+  }
+  if (!status.message().empty()) std::fprintf(stderr, "halfshade: %s\n", std::string(status.message()).c_str());
+  return halfshade::ExitCodeOf(status);
+}

@@ -1,0 +1,47 @@
+// The flags of `halfshade render` -> the RenderRequest that is sent.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "halfshade/v1/render.pb.h"
+
+namespace halfshade {
+
+// As given; empty or absent: not given.
+struct RenderFlags {
+  std::string scene;  // "-": a file names it
+  std::string request_file;
+  std::string view_file;
+  std::string camera;
+  std::optional<uint32_t> camera_index;
+  std::vector<std::string> lights;
+  std::string ground;
+  std::string size;
+  std::string method;
+  std::vector<std::string> options;  // KEY=VALUE
+  std::optional<double> max_error;
+  std::optional<double> max_latency_ms;
+  std::string certify;  // PIXELS,RAYS
+  std::optional<uint32_t> seed;
+  std::string cache;                 // use, refresh
+  std::vector<std::string> outputs;  // FILE, KIND=FILE
+};
+
+struct RenderJob {
+  v1::RenderRequest request;       // scene is "scenes/<hex>" or the path of a file
+  std::vector<std::string> files;  // of request.outputs, in order; empty: nothing is written
+};
+
+// The request file, then the view over it, then the other flags over both. Reads the two files and nothing else.
+// Errors: usage (64), NOT_FOUND for an absent file, INVALID_ARGUMENT for a file's content.
+absl::StatusOr<RenderJob> BuildRenderJob(const RenderFlags& flags);
+
+// "scenes/" and 64 lower-case hex digits. Anything else that is given as SCENE is a path.
+bool IsSceneName(const std::string& scene);
+
+}  // namespace halfshade
