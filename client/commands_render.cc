@@ -7,6 +7,7 @@
 #include "client/input_file.h"
 #include "client/output_file.h"
 #include "renderer/status.h"
+#include "server/scene_name.h"
 
 namespace halfshade {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "client/command_support.h"
 #include "renderer/status.h"
+#include "server/scene_name.h"
 
 namespace halfshade {
 namespace {

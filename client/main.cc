@@ -89,7 +89,7 @@ void AddOthers(CLI::App* app, CommandLine* line) {
   add("health", "whether the server serves", &RunHealth);
   add("doctor", "which GL devices there are, what was tried, what to do", &RunDoctor);
   for (const char* name : kLater) {
-    CLI::App* command = app->add_subcommand(name, "not available in this version")->prefix_command();
+    CLI::App* command = app->add_subcommand(name, "not available in this version")->allow_extras()->fallthrough(false);
     command->callback([line, name] {
       line->run = [name] { return absl::UnimplementedError(std::string(name) + " is not available in this version"); };
     });
@@ -100,7 +100,7 @@ absl::Status Run(int argc, char** argv) {
   CommandLine line;
   CLI::App app("Soft shadows from area lights, over gRPC or in this process.", "halfshade");
   app.set_version_flag("--version", "halfshade " HALFSHADE_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.fallthrough();
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
@@ -111,6 +111,8 @@ absl::Status Run(int argc, char** argv) {
     if (app.exit(error) == 0) return absl::OkStatus();  // help or version, printed to stdout
     return UsageError("");                              // already told on stderr
   }
+  if (!line.run) return UsageError(app.help());
+  if (app.count("--server") > 0 && line.global.servers.empty()) return UsageError("--server: is empty");
   if (!line.tls.empty()) return UsageError(line.tls.front().first + " is not available yet");
   return line.run();
 }

@@ -24,8 +24,9 @@ absl::Status CannotWrite(const std::string& path) {
 // Where the bytes go once links are followed.
 fs::path ResolveTarget(const std::string& path) {
   std::error_code error;
-  fs::path target = fs::weakly_canonical(path, error);
-  return error ? fs::absolute(path) : target;
+  const fs::path absolute = fs::absolute(path);
+  const fs::path target = fs::weakly_canonical(absolute, error);
+  return error ? absolute : target;
 }
 
 absl::Status WriteAll(int file, const OutputFile& output) {

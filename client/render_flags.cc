@@ -19,6 +19,7 @@
 #include "client/input_file.h"
 #include "client/view_file.h"
 #include "renderer/status.h"
+#include "server/scene_name.h"
 
 namespace halfshade {
 namespace {
@@ -194,11 +195,6 @@ absl::Status ApplyOutputs(const RenderFlags& flags, RenderJob* job) {
 }
 
 }  // namespace
-
-bool IsSceneName(const std::string& scene) {
-  return scene.size() == 71 && absl::StartsWith(scene, "scenes/") &&
-         scene.find_first_not_of("0123456789abcdef", 7) == std::string::npos;
-}
 
 absl::StatusOr<RenderJob> BuildRenderJob(const RenderFlags& flags) {
   RenderJob job;

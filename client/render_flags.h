@@ -33,15 +33,12 @@ struct RenderFlags {
 };
 
 struct RenderJob {
-  v1::RenderRequest request;       // scene is "scenes/<hex>" or the path of a file
+  v1::RenderRequest request;       // scene is "scenes/<hex>", or else the path of a file
   std::vector<std::string> files;  // of request.outputs, in order; empty: nothing is written
 };
 
 // The request file, then the view over it, then the other flags over both. Reads the two files and nothing else.
 // Errors: usage (64), NOT_FOUND for an absent file, INVALID_ARGUMENT for a file's content.
 absl::StatusOr<RenderJob> BuildRenderJob(const RenderFlags& flags);
-
-// "scenes/" and 64 lower-case hex digits. Anything else that is given as SCENE is a path.
-bool IsSceneName(const std::string& scene);
 
 }  // namespace halfshade

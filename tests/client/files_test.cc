@@ -102,6 +102,17 @@ TEST(OutputFileTest, WritesThroughALinkToAFile) {
   EXPECT_EQ(ReadAll(target), "new");
 }
 
+TEST(OutputFileTest, ABareNameGoesToTheWorkingFolder) {
+  const TemporaryFolder folder;
+  const fs::path before = fs::current_path();
+  fs::current_path(folder.path());
+  const absl::Status check = CheckCanWrite("a.png"), written = WriteOutputFiles({{"a.png", "x"}});
+  fs::current_path(before);
+  EXPECT_OK(check);
+  EXPECT_OK(written);
+  EXPECT_EQ(ReadAll(folder / "a.png"), "x");
+}
+
 TEST(OutputFileTest, FollowsTheUmask) {
   const TemporaryFolder folder;
   const mode_t before = umask(027);

@@ -287,12 +287,5 @@ TEST(RenderFlagsTest, WithoutASceneAnywhereItIsAUsageError) {
   ExpectUsageError(flags, "SCENE");
 }
 
-TEST(RenderFlagsTest, OnlyScenesAndSixtyFourHexDigitsAreAName) {
-  EXPECT_TRUE(IsSceneName("scenes/" + std::string(64, '0')));
-  EXPECT_FALSE(IsSceneName("scenes/" + std::string(63, '0')));
-  EXPECT_FALSE(IsSceneName("scenes/" + std::string(64, 'A')));
-  EXPECT_FALSE(IsSceneName("scenes/spot/spot.glb"));
-}
-
 }  // namespace
 }  // namespace halfshade

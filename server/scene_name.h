@@ -1,0 +1,16 @@
+// A scene's name is its content.
+#pragma once
+
+#include <map>
+#include <string>
+
+namespace halfshade {
+
+// "scenes/" + hex SHA-256 of "<root digest>\n" and "<digest> <uri>\n" for each file, sorted by the URI's bytes.
+// files: relative URI -> digest.
+std::string SceneName(const std::string& root_digest, const std::map<std::string, std::string>& files);
+
+// "scenes/" and 64 lower-case hex digits.
+bool IsSceneName(const std::string& name);
+
+}  // namespace halfshade

@@ -1,0 +1,235 @@
+#include "server/validate.h"
+
+#include <algorithm>
+
+#include "renderer/plan/framing.h"
+#include "renderer/status.h"
+#include "server/digest.h"
+#include "server/scene_name.h"
+#include "server/validate_field.h"
+
+namespace halfshade {
+namespace {
+
+constexpr uint32_t kDefaultWidth = 1280;
+constexpr uint32_t kDefaultHeight = 720;
+constexpr uint32_t kMaxPngChannels = 4;
+
+uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent : value; }
+
+std::string Indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
+
+// "OUTPUT_KIND_DEPTH" -> "DEPTH".
+std::string ShortName(const google::protobuf::EnumDescriptor* type, int value, const std::string& prefix) {
+  const auto* found = type->FindValueByNumber(value);
+  return found == nullptr ? std::to_string(value) : found->name().substr(prefix.size());
+}
+
+struct CheckedOutput {
+  OutputKind kind;
+  Encoding encoding;
+};
+
+absl::StatusOr<CheckedOutput> CheckOutput(const std::string& field, const v1::Output& output, int lights) {
+  CheckedOutput checked{OutputKind::kFrame, Encoding::kPng};
+  if (!v1::OutputKind_IsValid(output.kind())) {
+    return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
+  }
+  if (!v1::Encoding_IsValid(output.encoding())) {
+    return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
+  }
+  switch (output.kind()) {
+    case v1::OUTPUT_KIND_UNSPECIFIED:
+    case v1::OUTPUT_KIND_FRAME:
+      break;
+    case v1::OUTPUT_KIND_VISIBILITY:
+      checked.kind = OutputKind::kVisibility;
+      break;
+    default:
+      return NotAvailable(field + ".kind", ShortName(v1::OutputKind_descriptor(), output.kind(), "OUTPUT_KIND_"));
+  }
+  switch (output.encoding()) {
+    case v1::ENCODING_UNSPECIFIED:
+    case v1::ENCODING_PNG:
+      break;
+    case v1::ENCODING_RAW_F32:
+      checked.encoding = Encoding::kRawF32;
+      break;
+    default:
+      return NotAvailable(field + ".encoding", ShortName(v1::Encoding_descriptor(), output.encoding(), "ENCODING_"));
+  }
+  if (checked.kind == OutputKind::kVisibility && checked.encoding == Encoding::kPng && lights > int(kMaxPngChannels)) {
+    return FieldError(field + ".encoding",
+                      "PNG holds 4 channels, the request has " + std::to_string(lights) + " lights; ask for RAW_F32");
+  }
+  return checked;
+}
+
+absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
+  if (request.width() > limits.image_width) {
+    return FieldError("width", std::to_string(request.width()) + "; must be 1 to " + std::to_string(limits.image_width));
+  }
+  if (request.height() > limits.image_height) {
+    return FieldError("height",
+                      std::to_string(request.height()) + "; must be 1 to " + std::to_string(limits.image_height));
+  }
+  if (request.samples() != 0 && request.samples() != 1 && request.samples() != 4 && request.samples() != 8) {
+    return FieldError("samples", std::to_string(request.samples()) + "; must be 1, 4 or 8");
+  }
+  if (request.samples() > 1) return NotAvailable("samples", std::to_string(request.samples()) + " samples a pixel");
+  return absl::OkStatus();
+}
+
+// Fields that the wire has and this version does not.
+absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request) {
+  if (request.has_animation()) return NotAvailable("animation", "a pose");
+  if (request.node_overrides_size() > 0) return NotAvailable("node_overrides", "changing nodes");
+  if (request.has_fog()) return NotAvailable("fog", "fog");
+  if (request.has_budget()) return NotAvailable("budget", "a budget");
+  if (request.has_certify()) return NotAvailable("certify", "measuring the error");
+  if (request.ground().shadow_catcher()) return NotAvailable("ground.shadow_catcher", "a shadow catcher");
+  return absl::OkStatus();
+}
+
+absl::Status CheckGround(const v1::Ground& ground) {
+  RETURN_IF_ERROR(CheckFinite("ground.height_m", ground.height_m()));
+  RETURN_IF_ERROR(CheckRange("ground.height_m", ground.height_m(), -1e15, 1e15));
+  if (!(ground.size_m() > 0) || !(ground.size_m() <= 1e15)) {
+    return FieldError("ground.size_m", NumberText(ground.size_m()) + "; must be over 0 and at most 1e+15");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckShading(const v1::Shading& shading, Shading* result) {
+  if (shading.has_ambient()) {
+    ASSIGN_OR_RETURN(result->ambient, CheckRgb("shading.ambient", shading.ambient()));
+  }
+  if (shading.has_background()) {
+    ASSIGN_OR_RETURN(result->background, CheckRgb("shading.background", shading.background()));
+  }
+  RETURN_IF_ERROR(CheckFinite("shading.exposure_ev", shading.exposure_ev()));
+  RETURN_IF_ERROR(CheckRange("shading.exposure_ev", shading.exposure_ev(), -32, 32));
+  result->exposure_ev = shading.exposure_ev();
+  if (!v1::ToneMap_IsValid(shading.tone_map())) {
+    return FieldError("shading.tone_map", std::to_string(shading.tone_map()) + "; no such tone map");
+  }
+  if (shading.tone_map() > v1::TONE_MAP_NONE) {
+    return NotAvailable("shading.tone_map", ShortName(v1::ToneMap_descriptor(), shading.tone_map(), "TONE_MAP_"));
+  }
+  return absl::OkStatus();
+}
+
+// Everything that the fields alone decide; camera and lights that are not given are left to ValidateRender.
+absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, const Limits& limits) {
+  ValidatedRender result;
+  RenderRequest& plain = result.request;
+  if (!IsSceneName(request.scene())) {
+    return FieldError("scene", "\"" + request.scene().substr(0, 80) + "\"; must be scenes/ and 64 hex digits");
+  }
+  RETURN_IF_ERROR(CheckSize(request, limits));
+  RETURN_IF_ERROR(CheckNothingIsAskedThatIsNotThere(request));
+  plain.width = int(OrDefault(request.width(), kDefaultWidth));
+  plain.height = int(OrDefault(request.height(), kDefaultHeight));
+  plain.seed = request.seed();
+  RETURN_IF_ERROR(CheckCameraFields(request.camera()));
+  if (uint32_t(request.lights_size()) > limits.lights) {
+    return FieldError("lights", std::to_string(request.lights_size()) + "; this server takes at most " +
+                                    std::to_string(limits.lights));
+  }
+  for (int i = 0; i < request.lights_size(); ++i) {
+    ASSIGN_OR_RETURN(const AreaLight light, CheckLight(Indexed("lights", i), request.lights(i)));
+    plain.lights.push_back(light);
+  }
+  RETURN_IF_ERROR(CheckMethod(request.method(), &plain));
+  if (request.has_ground()) {
+    RETURN_IF_ERROR(CheckGround(request.ground()));
+    plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), false};
+  }
+  RETURN_IF_ERROR(CheckShading(request.shading(), &plain.shading));
+  if (!v1::CacheMode_IsValid(request.cache())) {
+    return FieldError("cache", std::to_string(request.cache()) + "; no such mode");
+  }
+  const int lights = std::max(1, request.lights_size());
+  uint64_t reply_bytes = 0;
+  const auto add_output = [&](const CheckedOutput& output) {
+    plain.outputs.push_back(output.kind);
+    result.encodings.push_back(output.encoding);
+    reply_bytes += UncompressedBytes(output.kind, output.encoding, plain.width, plain.height, lights);
+  };
+  if (request.outputs().empty()) add_output({OutputKind::kFrame, Encoding::kPng});
+  for (int i = 0; i < request.outputs_size(); ++i) {
+    ASSIGN_OR_RETURN(const CheckedOutput output, CheckOutput(Indexed("outputs", i), request.outputs(i), lights));
+    add_output(output);
+  }
+  if (reply_bytes > limits.render_reply_bytes) {
+    return absl::FailedPreconditionError("outputs: " + std::to_string(reply_bytes) +
+                                         " bytes before compression; Render returns at most " +
+                                         std::to_string(limits.render_reply_bytes) + ", use RenderStream");
+  }
+  return result;
+}
+
+}  // namespace
+
+absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& limits) {
+  return CheckFields(request, limits).status();
+}
+
+absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
+                                               const Limits& limits) {
+  ASSIGN_OR_RETURN(ValidatedRender result, CheckFields(request, limits));
+  RenderRequest& plain = result.request;
+  plain.scene_index = request.has_scene_index() ? request.scene_index() : scene.default_scene;
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, plain.scene_index));
+  const double aspect = double(plain.width) / plain.height;
+  ASSIGN_OR_RETURN(plain.camera, ResolveCamera(request, scene, pose.bounds_ws, aspect));
+  // A scene that comes with nothing but itself gets what shows it: a light, and under it a ground for the shadow to fall on.
+  const bool is_bare = request.lights().empty() && !request.has_camera() && !request.has_ground();
+  if (request.lights().empty()) plain.lights = {SuitingLight(pose.bounds_ws)};
+  if (is_bare) plain.ground = SuitingGround(pose.bounds_ws);
+  return result;
+}
+
+std::string ContentKey(const std::string& scene_name, const ValidatedRender& render, const std::string& version,
+                       const std::string& gl_renderer) {
+  Sha256 sha;
+  const auto add_text = [&sha](const std::string& text) {
+    const uint64_t size = text.size();
+    sha.Add(&size, sizeof(size));
+    sha.Add(text.data(), text.size());
+  };
+  const auto add = [&sha](auto... values) { (sha.Add(&values, sizeof(values)), ...); };
+  const auto add_dvec3 = [&add](const glm::dvec3& v) { add(v.x, v.y, v.z); };
+  const auto add_vec3 = [&add](const glm::vec3& v) { add(v.x, v.y, v.z); };
+  const RenderRequest& request = render.request;
+  add_text("halfshade content key 1");
+  add_text(scene_name);
+  add_text(version);
+  add_text(gl_renderer);
+  add(request.scene_index, request.width, request.height, request.samples, request.seed);
+  const Camera& camera = request.camera;
+  for (const glm::dvec3& v : {camera.eye_ws, camera.right_ws, camera.up_ws, camera.forward_ws, camera.target_ws}) {
+    add_dvec3(v);
+  }
+  add(camera.is_orthographic, camera.tan_half_fovy, camera.ortho_height_m, camera.near_m, camera.far_m);
+  add(request.lights.size());
+  for (const AreaLight& light : request.lights) {
+    for (const glm::dvec3& v : {light.center_ws, light.axis_u_ws, light.axis_v_ws, light.normal_ws}) add_dvec3(v);
+    add(light.width_m, light.height_m, light.is_two_sided);
+    add_vec3(light.radiance);
+    add_vec3(light.intensity);
+  }
+  add(request.ground.has_value());
+  if (request.ground) add(request.ground->height_m, request.ground->size_m, request.ground->is_shadow_catcher);
+  add(request.method.index());
+  if (const auto* hard = std::get_if<HardOptions>(&request.method)) add(hard->map_size);
+  if (const auto* multi_map = std::get_if<MultiMapOptions>(&request.method)) add(multi_map->k, multi_map->map_size);
+  add_vec3(request.shading.ambient);
+  add_vec3(request.shading.background);
+  add(request.shading.exposure_ev, request.shading.tone_map);
+  add(request.outputs.size());
+  for (size_t i = 0; i < request.outputs.size(); ++i) add(request.outputs[i], render.encodings[i]);
+  return sha.FinishHex();
+}
+
+}  // namespace halfshade

@@ -1,0 +1,36 @@
+// The door from the wire: proto messages to plain checked values. Every limit and every message about a request lives here.
+// Pure; no GL, no threads. Messages name the field, the value and the bound: "lights[0].edge_u: not finite".
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <vector>
+
+#include "halfshade/v1/render.pb.h"
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+#include "renderer/scene/pose.h"
+#include "server/encode.h"
+#include "server/limits.h"
+
+namespace halfshade {
+
+struct ValidatedRender {
+  RenderRequest request;                // outputs as asked, in order
+  std::vector<Encoding> encodings;      // of request.outputs
+};
+
+// What can be told without the scene: run before queueing. INVALID_ARGUMENT; UNIMPLEMENTED naming a field that this version
+// lacks; FAILED_PRECONDITION for a result over limits.render_reply_bytes.
+absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& limits);
+
+// All of it: CheckRenderFields, then what needs the scene (camera index, scene index, automatic camera, light and planes).
+absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
+                                               const Limits& limits);
+
+// Names a result: SHA-256 of the scene's name, every resolved value, the version and GL_RENDERER.
+std::string ContentKey(const std::string& scene_name, const ValidatedRender& render, const std::string& version,
+                       const std::string& gl_renderer);
+
+}  // namespace halfshade

@@ -1,0 +1,103 @@
+#include <cmath>
+
+#include "renderer/math/camera.h"
+#include "renderer/plan/framing.h"
+#include "renderer/scene/pose.h"
+#include "renderer/status.h"
+#include "server/validate_field.h"
+
+namespace halfshade {
+namespace {
+
+constexpr double kDefaultFovyDeg = 45;
+constexpr char kLookAt[] = "camera.look_at";
+
+// MakeLookAtCamera's faults, with the path of the field in front.
+absl::StatusOr<Camera> LookAtCamera(const v1::LookAt& look_at) {
+  if (!look_at.has_eye()) return FieldError(std::string(kLookAt) + ".eye", "missing");
+  if (!look_at.has_target()) return FieldError(std::string(kLookAt) + ".target", "missing");
+  ASSIGN_OR_RETURN(const glm::dvec3 eye, CheckVec3(std::string(kLookAt) + ".eye", look_at.eye()));
+  ASSIGN_OR_RETURN(const glm::dvec3 target, CheckVec3(std::string(kLookAt) + ".target", look_at.target()));
+  glm::dvec3 up(0, 1, 0);
+  if (look_at.has_up()) {
+    ASSIGN_OR_RETURN(up, CheckVec3(std::string(kLookAt) + ".up", look_at.up()));
+  }
+  auto camera = MakeLookAtCamera(eye, target, up);
+  if (!camera.ok()) return absl::InvalidArgumentError(std::string(kLookAt) + "." + std::string(camera.status().message()));
+  double fovy_deg = kDefaultFovyDeg;
+  if (look_at.has_fovy_deg()) {
+    fovy_deg = look_at.fovy_deg();
+    if (!(fovy_deg > 0 && fovy_deg < 180)) {
+      return FieldError(std::string(kLookAt) + ".fovy_deg", NumberText(fovy_deg) + "; must be over 0 and under 180");
+    }
+  }
+  camera->tan_half_fovy = std::tan(fovy_deg * M_PI / 360);
+  if (look_at.has_ortho_height_m()) {
+    const double height = look_at.ortho_height_m();
+    if (!(height > 0) || !std::isfinite(height)) {
+      return FieldError(std::string(kLookAt) + ".ortho_height_m", NumberText(height) + "; must be over 0 and finite");
+    }
+    camera->is_orthographic = true;
+    camera->ortho_height_m = height;
+  }
+  if (look_at.has_near_m() && (!(look_at.near_m() > 0) || !std::isfinite(look_at.near_m()))) {
+    return FieldError(std::string(kLookAt) + ".near_m", NumberText(look_at.near_m()) + "; must be over 0 and finite");
+  }
+  if (look_at.has_far_m()) {
+    const double near_m = look_at.has_near_m() ? look_at.near_m() : 0;
+    if (!(look_at.far_m() > near_m) || !std::isfinite(look_at.far_m())) {
+      return FieldError(std::string(kLookAt) + ".far_m",
+                        NumberText(look_at.far_m()) + "; must be over near_m (" + NumberText(near_m) + ") and finite");
+    }
+  }
+  return camera;
+}
+
+absl::StatusOr<Camera> SceneCameraOf(uint32_t index, const FlatScene& scene, const Box3d& bounds_ws) {
+  if (index >= scene.cameras.size()) {
+    return FieldError("camera.index", std::to_string(index) + "; the scene has " + std::to_string(scene.cameras.size()));
+  }
+  for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
+    if (scene.nodes[node].camera != int32_t(index)) continue;
+    const glm::dmat4 world_from_node = WorldFromNode(scene, node);
+    const glm::dvec3 eye(world_from_node[3]);
+    const glm::dvec3 center = bounds_ws.IsEmpty() ? glm::dvec3(0) : bounds_ws.Center();
+    Camera camera = CameraFromNode(world_from_node, std::max(1e-6, glm::length(center - eye)));
+    const SceneCamera& source = scene.cameras[index];
+    camera.is_orthographic = source.is_orthographic;
+    camera.ortho_height_m = source.ortho_height_m;
+    camera.tan_half_fovy = std::tan(source.fovy_rad / 2);
+    camera.near_m = source.near_m;
+    camera.far_m = source.far_m;
+    return camera;
+  }
+  return FieldError("camera.index", std::to_string(index) + "; no node of the scene holds this camera");
+}
+
+}  // namespace
+
+absl::Status CheckCameraFields(const v1::Camera& camera) {
+  if (camera.has_look_at()) return LookAtCamera(camera.look_at()).status();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const FlatScene& scene, const Box3d& bounds_ws,
+                                     double aspect) {
+  Camera camera;
+  if (request.camera().has_index()) {
+    ASSIGN_OR_RETURN(camera, SceneCameraOf(request.camera().index(), scene, bounds_ws));
+    if (!(camera.near_m > 0)) camera.near_m = SuitingNearPlane(bounds_ws, camera.eye_ws);
+    return camera;
+  }
+  if (!request.camera().has_look_at()) return FrameScene(bounds_ws, aspect);
+  const v1::LookAt& look_at = request.camera().look_at();
+  ASSIGN_OR_RETURN(camera, LookAtCamera(look_at));
+  camera.near_m = look_at.has_near_m() ? look_at.near_m() : SuitingNearPlane(bounds_ws, camera.eye_ws);
+  if (look_at.has_far_m()) {
+    camera.far_m = look_at.far_m();
+    camera.near_m = std::min(camera.near_m, camera.far_m / 2);
+  }
+  return camera;
+}
+
+}  // namespace halfshade

@@ -1,0 +1,37 @@
+// Checks of single fields, and the pieces of server/validate.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <glm/glm.hpp>
+#include <string>
+
+#include "halfshade/v1/render.pb.h"
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+
+namespace halfshade {
+
+// INVALID_ARGUMENT "<field>: <fault>".
+absl::Status FieldError(const std::string& field, const std::string& fault);
+// UNIMPLEMENTED "<field>: <what> is not available in this version".
+absl::Status NotAvailable(const std::string& field, const std::string& what);
+
+// Numbers for people: shortest form that reads back, "nan", "inf".
+std::string NumberText(double value);
+
+absl::Status CheckFinite(const std::string& field, double value);
+absl::Status CheckRange(const std::string& field, double value, double low, double high);
+absl::StatusOr<glm::dvec3> CheckVec3(const std::string& field, const v1::Vec3& value);
+// Each component finite and >= 0.
+absl::StatusOr<glm::vec3> CheckRgb(const std::string& field, const v1::Rgb& value);
+
+absl::Status CheckCameraFields(const v1::Camera& camera);
+// near_m and far_m follow from the scene's bounds where the request has none.
+absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const FlatScene& scene, const Box3d& bounds_ws,
+                                     double aspect);
+absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLight& light);
+// Sets method and method_reason.
+absl::Status CheckMethod(const v1::Method& method, RenderRequest* result);
+
+}  // namespace halfshade

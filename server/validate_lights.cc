@@ -1,0 +1,89 @@
+#include <cmath>
+
+#include "renderer/status.h"
+#include "server/validate_field.h"
+
+namespace halfshade {
+namespace {
+
+// Edges may be off a right angle, and the direction off the normal, by this much.
+constexpr double kAngleTolerance = 1e-3;
+
+// Some unit vector at right angles to a unit vector.
+glm::dvec3 AnyPerpendicular(const glm::dvec3& direction) {
+  const glm::dvec3 axis = std::abs(direction.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+  return glm::normalize(glm::cross(direction, axis));
+}
+
+// Right-handed axes around the normal: u keeps its direction, v follows.
+void SetAxes(const glm::dvec3& u, const glm::dvec3& normal, AreaLight* light) {
+  light->normal_ws = normal;
+  light->axis_u_ws = glm::normalize(u - normal * glm::dot(u, normal));
+  light->axis_v_ws = glm::cross(normal, light->axis_u_ws);
+}
+
+absl::StatusOr<glm::dvec3> CheckDirection(const std::string& field, const v1::AreaLight& light) {
+  ASSIGN_OR_RETURN(const glm::dvec3 direction, CheckVec3(field + ".direction", light.direction()));
+  const double length = glm::length(direction);
+  if (std::abs(length - 1) > kAngleTolerance) {
+    return FieldError(field + ".direction", "length " + NumberText(length) + "; must be a unit vector within 1e-3");
+  }
+  return direction / length;
+}
+
+}  // namespace
+
+absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLight& light) {
+  AreaLight result;
+  if (!light.has_center()) return FieldError(field + ".center", "missing");
+  ASSIGN_OR_RETURN(result.center_ws, CheckVec3(field + ".center", light.center()));
+  ASSIGN_OR_RETURN(const glm::dvec3 u, CheckVec3(field + ".edge_u", light.edge_u()));
+  ASSIGN_OR_RETURN(const glm::dvec3 v, CheckVec3(field + ".edge_v", light.edge_v()));
+  result.width_m = glm::length(u);
+  result.height_m = glm::length(v);
+  const bool has_u = result.width_m > 0;
+  const bool has_v = result.height_m > 0;
+  if (light.two_sided()) return NotAvailable(field + ".two_sided", "a two-sided light");
+  result.radiance = result.intensity = glm::vec3(1);
+  if (light.has_radiance()) {
+    ASSIGN_OR_RETURN(result.radiance, CheckRgb(field + ".radiance", light.radiance()));
+  }
+  if (light.has_intensity()) {
+    ASSIGN_OR_RETURN(result.intensity, CheckRgb(field + ".intensity", light.intensity()));
+  }
+  if ((!has_u || !has_v) && !light.has_direction()) {
+    return FieldError(field + ".direction",
+                      std::string("missing; needed because ") + (has_u ? "edge_v" : "edge_u") + " has length 0");
+  }
+  glm::dvec3 direction(0);
+  if (light.has_direction()) {
+    ASSIGN_OR_RETURN(direction, CheckDirection(field, light));
+  }
+  if (has_u && has_v) {
+    const double cosine = glm::dot(u, v) / (result.width_m * result.height_m);
+    if (std::abs(cosine) > kAngleTolerance) {
+      return FieldError(field + ".edge_v", "cosine " + NumberText(cosine) + " to edge_u; must be at right angles within 1e-3");
+    }
+    glm::dvec3 normal = glm::normalize(glm::cross(u, v));
+    if (light.has_direction()) {
+      if (glm::dot(direction, normal) < 0) normal = -normal;
+      if (glm::length(direction - normal) > kAngleTolerance) {
+        return FieldError(field + ".direction", "must be + or - normalize(cross(edge_u, edge_v)) within 1e-3");
+      }
+    }
+    SetAxes(u / result.width_m, normal, &result);
+    return result;
+  }
+  if (has_u || has_v) {
+    const glm::dvec3 edge = has_u ? u / result.width_m : v / result.height_m;
+    if (std::abs(glm::dot(edge, direction)) > kAngleTolerance) {
+      return FieldError(field + ".direction", "must be at right angles to the light's edge within 1e-3");
+    }
+    SetAxes(has_u ? edge : glm::cross(edge, direction), direction, &result);
+    return result;
+  }
+  SetAxes(AnyPerpendicular(direction), direction, &result);
+  return result;
+}
+
+}  // namespace halfshade

@@ -1,0 +1,50 @@
+#include "renderer/status.h"
+#include "server/validate_field.h"
+
+namespace halfshade {
+namespace {
+
+constexpr int kMinMapSize = 16;
+constexpr int kMaxMapSize = 8192;
+constexpr int kMaxMaps = 4096;
+
+}  // namespace
+
+absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
+  switch (method.method_case()) {
+    case v1::Method::kHard: {
+      HardOptions options;
+      if (method.hard().has_map_size()) {
+        RETURN_IF_ERROR(CheckRange("method.hard.map_size", method.hard().map_size(), kMinMapSize, kMaxMapSize));
+        options.map_size = int(method.hard().map_size());
+      }
+      result->method = options;
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kMultiMap: {
+      MultiMapOptions options;
+      if (method.multi_map().has_k()) {
+        RETURN_IF_ERROR(CheckRange("method.multi_map.k", method.multi_map().k(), 1, kMaxMaps));
+        options.k = int(method.multi_map().k());
+      }
+      if (method.multi_map().has_map_size()) {
+        RETURN_IF_ERROR(CheckRange("method.multi_map.map_size", method.multi_map().map_size(), kMinMapSize, kMaxMapSize));
+        options.map_size = int(method.multi_map().map_size());
+      }
+      result->method = options;
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::METHOD_NOT_SET:
+      result->method = MultiMapOptions{};
+      result->method_reason = "no method asked: multi_map with its defaults, until auto is available";
+      return absl::OkStatus();
+    default: {
+      const auto* field = v1::Method::descriptor()->FindFieldByNumber(method.method_case());
+      return NotAvailable("method." + field->name(), "this method");
+    }
+  }
+}
+
+}  // namespace halfshade

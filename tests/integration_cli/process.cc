@@ -1,0 +1,96 @@
+#include "tests/integration_cli/process.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <cstring>
+
+#include "tests/client/temporary_folder.h"
+
+namespace halfshade {
+namespace {
+
+// Ours without HALFSHADE_SERVER.
+std::vector<char*> Environment() {
+  std::vector<char*> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    if (std::strncmp(*variable, "HALFSHADE_SERVER=", 17) != 0) variables.push_back(*variable);
+  }
+  variables.push_back(nullptr);
+  return variables;
+}
+
+pid_t Spawn(const std::string& binary, const std::vector<std::string>& arguments, posix_spawn_file_actions_t* actions) {
+  std::vector<char*> argv = {const_cast<char*>(binary.c_str())};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  std::vector<char*> variables = Environment();
+  pid_t pid = -1;
+  const int error = posix_spawn(&pid, binary.c_str(), actions, nullptr, argv.data(), variables.data());
+  posix_spawn_file_actions_destroy(actions);
+  if (error != 0) ADD_FAILURE() << binary << ": " << std::strerror(error);
+  return error == 0 ? pid : -1;
+}
+
+int Wait(pid_t pid) {
+  int status = 0;
+  if (pid < 0 || waitpid(pid, &status, 0) != pid) return -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& folder) {
+  const TemporaryFolder streams;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, (streams / "out").c_str(), O_WRONLY | O_CREAT, 0600);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, (streams / "err").c_str(), O_WRONLY | O_CREAT, 0600);
+  Ran ran;
+  ran.exit_code = Wait(Spawn(HALFSHADE_BINARY, arguments, &actions));
+  ran.out = ReadAll(streams / "out");
+  ran.err = ReadAll(streams / "err");
+  return ran;
+}
+
+ServerProcess::ServerProcess() {
+  int out[2];
+  if (pipe2(out, O_CLOEXEC) != 0) return;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
+  pid_ = Spawn(HALFSHADED_BINARY, {"--listen", "127.0.0.1:0", "--http", "off"}, &actions);
+  close(out[1]);
+  // "serving grpc=127.0.0.1:41234 http=off"
+  std::string line;
+  for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) line += c;
+  close(out[0]);
+  if (const size_t start = line.find("grpc="); start != std::string::npos) {
+    address_ = line.substr(start + 5, line.find(' ', start) - start - 5);
+  } else {
+    ADD_FAILURE() << "halfshaded said '" << line << "'";
+  }
+}
+
+ServerProcess::~ServerProcess() { Stop(); }
+
+bool ServerProcess::IsAlive() const {
+  siginfo_t info{};
+  return pid_ > 0 && waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+}
+
+int ServerProcess::Stop() {
+  if (pid_ < 0) return -1;
+  kill(pid_, SIGTERM);
+  const int exit_code = Wait(pid_);
+  pid_ = -1;
+  return exit_code;
+}
+
+}  // namespace halfshade

@@ -1,0 +1,38 @@
+// Runs the built executables as a user does.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace halfshade {
+
+struct Ran {
+  int exit_code = -1;  // 128 + the signal where one ended it
+  std::string out;
+  std::string err;
+};
+
+// `halfshade` with these arguments, in `folder`, without HALFSHADE_SERVER. stdin is /dev/null, nothing is a terminal.
+Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& folder);
+
+// A `halfshaded` on a port of its own. Ends with SIGTERM.
+class ServerProcess {
+ public:
+  ServerProcess();
+  ~ServerProcess();
+  ServerProcess(const ServerProcess&) = delete;
+  ServerProcess& operator=(const ServerProcess&) = delete;
+
+  const std::string& address() const { return address_; }  // "" where it did not come up
+  bool IsAlive() const;
+  // Sends SIGTERM and waits; the exit code.
+  int Stop();
+
+ private:
+  pid_t pid_ = -1;
+  std::string address_;
+};
+
+}  // namespace halfshade

@@ -1,0 +1,170 @@
+// `halfshade` and `halfshaded` from outside: the same pixels in-process and over a port, and a server that bad input
+// neither stops nor changes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "client/glb_writer.h"
+#include "tests/client/temporary_folder.h"
+#include "tests/integration_cli/process.h"
+
+namespace halfshade {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+// A plate one metre over a floor.
+std::string PlateOverFloor() {
+  auto quad = [](const std::string& name, float half, float y) {
+    GlbMesh mesh;
+    mesh.name = name;
+    mesh.positions = {{-half, y, -half}, {-half, y, half}, {half, y, half}, {half, y, -half}};
+    mesh.indices = {0, 1, 2, 0, 2, 3};
+    return mesh;
+  };
+  return WriteGlb({quad("floor", 4, 0), quad("plate", 0.5f, 1)});
+}
+
+constexpr int kWidth = 96, kHeight = 64;
+const std::vector<std::string> kPicture = {"--camera", "eye=0,4,5 target=0,0,0 up=0,1,0 fovy=50",
+                                           "--light",  "center=0,4,0 edge_u=1,0,0 edge_v=0,0,1 radiance=10,10,10",
+                                           "--size",   "96x64",
+                                           "--method", "multi_map",
+                                           "--set",    "k=16",
+                                           "--set",    "map_size=256"};
+
+std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+class RenderCommandTest : public testing::Test {
+ protected:
+  RenderCommandTest() { folder_.Write("scene.glb", PlateOverFloor()); }
+  Ran Run(const std::vector<std::string>& arguments) { return RunHalfshade(arguments, folder_.path()); }
+  // pixelSha256 of the outputs; fails the test where the render does.
+  std::vector<std::string> Digests(const std::vector<std::string>& arguments) {
+    const Ran ran = Run(arguments + std::vector<std::string>{"--json"});
+    EXPECT_EQ(ran.exit_code, 0) << ran.err;
+    std::vector<std::string> digests;
+    const json report = json::parse(ran.out, nullptr, false);
+    if (!report.is_object()) return digests;
+    for (const json& output : report["outputs"]) digests.push_back(output["pixelSha256"]);
+    return digests;
+  }
+  const TemporaryFolder folder_;
+};
+
+TEST_F(RenderCommandTest, TheSamePixelsInProcessAndOverAPort) {
+  const std::vector<std::string> render = std::vector<std::string>{"render", "scene.glb"} + kPicture;
+  const auto here = Digests(render + std::vector<std::string>{"-o", "here.png", "-o", "VISIBILITY=here.f32"});
+  ASSERT_EQ(here.size(), 2u);
+  EXPECT_EQ(here[0].size(), 64u);
+  EXPECT_NE(here[0], here[1]);
+  ServerProcess server;
+  const auto there = Digests(std::vector<std::string>{"--server", server.address()} + render +
+                             std::vector<std::string>{"-o", "there.png", "-o", "VISIBILITY=there.f32"});
+  EXPECT_EQ(here, there);
+  EXPECT_EQ(ReadAll(folder_ / "here.png"), ReadAll(folder_ / "there.png"));
+  EXPECT_EQ(ReadAll(folder_ / "here.png").substr(1, 3), "PNG");
+  const std::string visibility = ReadAll(folder_ / "here.f32");
+  ASSERT_EQ(visibility.size(), sizeof(float) * kWidth * kHeight);
+  EXPECT_EQ(visibility, ReadAll(folder_ / "there.f32"));
+  // A full occluder somewhere, light somewhere, and a penumbra between: k = 16 gives sixteenths.
+  int umbra = 0, penumbra = 0, lit = 0;
+  for (size_t i = 0; i < visibility.size(); i += sizeof(float)) {
+    float v = -1;
+    std::memcpy(&v, visibility.data() + i, sizeof(v));
+    ASSERT_TRUE(v >= 0 && v <= 1) << v;
+    ++(v == 0 ? umbra : v == 1 ? lit : penumbra);
+  }
+  EXPECT_GT(umbra, 10);
+  EXPECT_GT(penumbra, 50);
+  EXPECT_GT(lit, 1000);
+  EXPECT_EQ(server.Stop(), 0);
+}
+
+TEST_F(RenderCommandTest, ASceneAloneShowsAPicture) {
+  const Ran ran = Run({"render", "scene.glb", "-o", "out.png", "--size", "64x64"});
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ran.out, "");
+  EXPECT_GT(ReadAll(folder_ / "out.png").size(), 100u);
+}
+
+TEST_F(RenderCommandTest, GlobalOptionsStandBeforeOrAfterTheCommand) {
+  ServerProcess server;
+  const Ran before = Run({"--server", server.address(), "--json", "info"});
+  const Ran after = Run({"info", "--json", "--server", server.address()});
+  EXPECT_EQ(before.exit_code, 0) << before.err;
+  EXPECT_EQ(before.out, after.out);
+  EXPECT_FALSE(json::parse(before.out)["contexts"].empty());
+}
+
+TEST_F(RenderCommandTest, ScenesAreUploadedListedAndRenderedByName) {
+  ServerProcess server;
+  const std::vector<std::string> at = {"--server", server.address()};
+  const Ran upload = Run(at + std::vector<std::string>{"upload", "scene.glb"});
+  ASSERT_EQ(upload.exit_code, 0) << upload.err;
+  const std::string name = upload.out.substr(0, upload.out.size() - 1);
+  EXPECT_EQ(name.size(), 71u);
+  EXPECT_THAT(Run(at + std::vector<std::string>{"scenes"}).out, HasSubstr(name + "\t4 triangles"));
+  const Ran scene = Run(at + std::vector<std::string>{"scene", name, "--json"});
+  EXPECT_EQ(json::parse(scene.out)["boundsMax"]["y"], 1);
+  EXPECT_EQ(Run(at + std::vector<std::string>{"render", name, "-o", "a.png", "--size", "32x32"}).exit_code, 0);
+  const Ran unknown = Run(at + std::vector<std::string>{"scene", "scenes/" + std::string(64, '0')});
+  EXPECT_EQ(unknown.exit_code, 66) << unknown.err;
+}
+
+TEST_F(RenderCommandTest, HealthSaysServing) {
+  ServerProcess server;
+  const Ran ran = Run({"health", "--server", server.address()});
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ran.out, "SERVING\n");
+}
+
+TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
+  ServerProcess server;
+  const std::vector<std::string> render = {"--server", server.address(), "render"};
+  const std::vector<std::string> good = render + std::vector<std::string>{"scene.glb", "-o", "good.png"} + kPicture;
+  const auto before = Digests(good);
+  ASSERT_EQ(before.size(), 1u);
+
+  folder_.Write("truncated.glb", PlateOverFloor().substr(0, 200));
+  folder_.Write("outside.gltf",
+                R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "../../etc/passwd", "byteLength": 4}]})");
+  folder_.Write("unknown.json", R"({"lights": [{"glow": 1}]})");
+  const std::string point = "center=0,4,0 edge_u=0,0,0 edge_v=0,0,0 intensity=9,9,9";
+  struct Case {
+    std::vector<std::string> arguments;
+    int exit_code;
+    std::string message;
+  };
+  const Case cases[] = {
+      {{"scene.glb", "--camera", "eye=nan,1,1 target=0,0,0"}, 65, "camera.look_at.eye"},
+      {{"scene.glb", "--light", point}, 65, "lights[0].direction"},
+      {{"scene.glb", "--light", point + " direction=0,-1,0", "--size", "32x32"}, 0, ""},
+      {{"scene.glb", "--size", "0x0"}, 64, "--size"},
+      {{"scene.glb", "--size", "100000x100000"}, 65, "width"},
+      {{"scene.glb", "--size", "4096x4096"}, 65, "RenderStream"},
+      {{"scene.glb", "--method", "multi_map", "--set", "rows=3"}, 64, "rows"},
+      {{"scene.glb", "--method", "multi_map", "--set", "k=0"}, 65, "multi_map.k"},
+      {{"scene.glb", "--request", "unknown.json"}, 65, "glow"},
+      {{"truncated.glb"}, 65, ""},
+      {{"outside.gltf"}, 65, "/buffers/0/uri"},
+      {{"scenes/" + std::string(64, '0')}, 66, ""},
+      {{"scene.glb", "-o", "DEPTH=d.exr"}, 69, ""},
+  };
+  for (const Case& c : cases) {
+    const Ran ran = Run(render + c.arguments + std::vector<std::string>{"-o", "bad.png"});
+    EXPECT_EQ(ran.exit_code, c.exit_code) << testing::PrintToString(c.arguments) << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr(c.message)) << testing::PrintToString(c.arguments);
+    EXPECT_TRUE(server.IsAlive());
+  }
+  EXPECT_EQ(Digests(good), before);
+}
+
+}  // namespace
+}  // namespace halfshade
