@@ -2,10 +2,10 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
-#include "client/command_support.h"
 #include "client/exit_code.h"
 #include "client/input_file.h"
 #include "client/output_file.h"
+#include "client/session.h"
 #include "renderer/status.h"
 #include "server/scene_name.h"
 
@@ -32,7 +32,7 @@ std::string Summary(const std::string& path, const v1::RenderResponse& response,
 }  // namespace
 
 absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command) {
-  ASSIGN_OR_RETURN(RenderJob job, BuildRenderJob(command.flags));
+  ASSIGN_OR_RETURN(PreparedRender job, PrepareRender(command.flags));
   const bool is_file = !IsSceneName(job.request.scene());
   if (command.prints_request) {
     if (is_file) RETURN_IF_ERROR(CheckInputFile(job.request.scene()));
@@ -47,12 +47,12 @@ absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command) 
     ASSIGN_OR_RETURN(files, ReadSceneFiles(job.request.scene()));
     job.request.set_scene(files.name);
   }
-  Progress progress;
-  ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, ConnectClient(global, &progress));
-  ASSIGN_OR_RETURN(const v1::RenderResponse response, client->Render(job.request, is_file ? &files : nullptr));
+  ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
+  ASSIGN_OR_RETURN(const v1::RenderResponse response,
+                   session->client().Render(job.request, is_file ? &files : nullptr));
   if (!job.files.empty()) RETURN_IF_ERROR(WriteImages(response, job.files));
   for (size_t i = 0; i < job.files.size(); ++i) {
-    progress.Say(Summary(job.files[i], response, static_cast<int>(i)));
+    session->progress().Say(Summary(job.files[i], response, static_cast<int>(i)));
   }
   return global.wants_json ? Print(ToJson(response.report(), /*with_defaults=*/true)) : absl::OkStatus();
 }

@@ -3,7 +3,7 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
-#include "client/command_support.h"
+#include "client/session.h"
 #include "renderer/status.h"
 #include "server/scene_name.h"
 
@@ -26,19 +26,17 @@ std::string ToText(const v1::Scene& scene) {
 
 absl::Status RunUpload(const GlobalFlags& global, const std::string& file) {
   ASSIGN_OR_RETURN(const SceneFiles files, ReadSceneFiles(file));
-  Progress progress;
-  ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, ConnectClient(global, &progress));
-  ASSIGN_OR_RETURN(const v1::Scene scene, client->UploadScene(files));
-  if (global.servers.empty()) progress.Say("checked, and kept nowhere: no --server was given");
+  ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
+  ASSIGN_OR_RETURN(const v1::Scene scene, session->client().UploadScene(files));
+  if (global.servers.empty()) session->progress().Say("checked, and kept nowhere: no --server was given");
   return Print(global.wants_json ? ToJson(scene, /*with_defaults=*/true) : scene.name() + "\n");
 }
 
 absl::Status RunScenes(const GlobalFlags& global) {
-  Progress progress;
-  ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, ConnectClient(global, &progress));
+  ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
   v1::ListScenesResponse all;
-  for (const std::string& server : client->servers()) {
-    ASSIGN_OR_RETURN(const std::vector<v1::Scene> scenes, client->ListScenes(server));
+  for (const std::string& server : session->client().servers()) {
+    ASSIGN_OR_RETURN(const std::vector<v1::Scene> scenes, session->client().ListScenes(server));
     for (const v1::Scene& scene : scenes) *all.add_scenes() = scene;
   }
   if (global.wants_json) return Print(ToJson(all, /*with_defaults=*/true));
@@ -54,9 +52,9 @@ absl::Status RunScene(const GlobalFlags& global, const std::string& scene) {
   if (is_file) {
     ASSIGN_OR_RETURN(files, ReadSceneFiles(scene));
   }
-  Progress progress;
-  ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, ConnectClient(global, &progress));
-  ASSIGN_OR_RETURN(const v1::Scene found, is_file ? client->UploadScene(files) : client->GetScene(scene));
+  ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
+  ASSIGN_OR_RETURN(const v1::Scene found,
+                   is_file ? session->client().UploadScene(files) : session->client().GetScene(scene));
   return Print(global.wants_json ? ToJson(found, /*with_defaults=*/true) : ToText(found));
 }
 

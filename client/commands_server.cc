@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "client/command_support.h"
+#include "client/session.h"
 #include "renderer/gl/context.h"
 #include "renderer/status.h"
 
@@ -30,22 +30,20 @@ std::string ToText(const std::string& server, const v1::GetServerInfoResponse& i
 }  // namespace
 
 absl::Status RunInfo(const GlobalFlags& global) {
-  Progress progress;
-  ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, ConnectClient(global, &progress));
-  for (const std::string& server : client->servers()) {
-    ASSIGN_OR_RETURN(const v1::GetServerInfoResponse info, client->GetServerInfo(server));
+  ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
+  for (const std::string& server : session->client().servers()) {
+    ASSIGN_OR_RETURN(const v1::GetServerInfoResponse info, session->client().GetServerInfo(server));
     RETURN_IF_ERROR(Print(global.wants_json ? ToJson(info, /*with_defaults=*/true) : ToText(server, info)));
   }
   return absl::OkStatus();
 }
 
 absl::Status RunHealth(const GlobalFlags& global) {
-  Progress progress;
-  ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, ConnectClient(global, &progress));
+  ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
   absl::Status worst;
-  for (const std::string& server : client->servers()) {
-    ASSIGN_OR_RETURN(const std::string health, client->CheckHealth(server));
-    const std::string prefix = client->servers().size() > 1 ? server + " " : "";
+  for (const std::string& server : session->client().servers()) {
+    ASSIGN_OR_RETURN(const std::string health, session->client().CheckHealth(server));
+    const std::string prefix = session->client().servers().size() > 1 ? server + " " : "";
     RETURN_IF_ERROR(Print(global.wants_json ? nlohmann::json{{"server", server}, {"status", health}}.dump() + "\n"
                                             : prefix + health + "\n"));
     if (health != "SERVING") worst = absl::UnavailableError(absl::StrCat(prefix, "not serving"));

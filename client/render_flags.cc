@@ -172,7 +172,7 @@ absl::Status ReadOutput(const std::string& text, v1::Output* output, std::string
 }
 
 // -o replaces the request file's outputs; what else that file says of an output of the same kind stays.
-absl::Status ApplyOutputs(const RenderFlags& flags, RenderJob* job) {
+absl::Status ApplyOutputs(const RenderFlags& flags, PreparedRender* job) {
   if (flags.outputs.empty()) return absl::OkStatus();
   const auto asked = job->request.outputs();
   job->request.clear_outputs();
@@ -196,8 +196,8 @@ absl::Status ApplyOutputs(const RenderFlags& flags, RenderJob* job) {
 
 }  // namespace
 
-absl::StatusOr<RenderJob> BuildRenderJob(const RenderFlags& flags) {
-  RenderJob job;
+absl::StatusOr<PreparedRender> PrepareRender(const RenderFlags& flags) {
+  PreparedRender job;
   v1::RenderRequest* request = &job.request;
   if (!flags.request_file.empty()) RETURN_IF_ERROR(ApplyRequestFile(flags.request_file, request));
   if (!flags.view_file.empty()) RETURN_IF_ERROR(ApplyViewFile(flags.view_file, request));

@@ -32,13 +32,13 @@ struct RenderFlags {
   std::vector<std::string> outputs;  // FILE, KIND=FILE
 };
 
-struct RenderJob {
+struct PreparedRender {
   v1::RenderRequest request;       // scene is "scenes/<hex>", or else the path of a file
   std::vector<std::string> files;  // of request.outputs, in order; empty: nothing is written
 };
 
 // The request file, then the view over it, then the other flags over both. Reads the two files and nothing else.
 // Errors: usage (64), NOT_FOUND for an absent file, INVALID_ARGUMENT for a file's content.
-absl::StatusOr<RenderJob> BuildRenderJob(const RenderFlags& flags);
+absl::StatusOr<PreparedRender> PrepareRender(const RenderFlags& flags);
 
 }  // namespace halfshade

@@ -9,10 +9,26 @@ constexpr char kPrefix[] = "scenes/";
 
 }  // namespace
 
-std::string SceneName(const std::string& root_digest, const std::map<std::string, std::string>& files) {
+std::string SceneManifest(const std::string& root_digest, const std::map<std::string, std::string>& files) {
   std::string text = root_digest + "\n";
   for (const auto& [uri, digest] : files) text += digest + " " + uri + "\n";
-  return kPrefix + Sha256Hex(text);
+  return text;
+}
+
+void ParseSceneManifest(const std::string& manifest, std::string* root_digest,
+                        std::map<std::string, std::string>* files) {
+  constexpr size_t kHex = 64;
+  *root_digest = manifest.substr(0, kHex);
+  files->clear();
+  for (size_t at = kHex + 1; at < manifest.size();) {
+    const size_t end = manifest.find('\n', at);
+    (*files)[manifest.substr(at + kHex + 1, end - at - kHex - 1)] = manifest.substr(at, kHex);
+    at = end + 1;
+  }
+}
+
+std::string SceneName(const std::string& root_digest, const std::map<std::string, std::string>& files) {
+  return kPrefix + Sha256Hex(SceneManifest(root_digest, files));
 }
 
 bool IsSceneName(const std::string& name) {

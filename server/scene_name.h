@@ -6,8 +6,14 @@
 
 namespace halfshade {
 
-// "scenes/" + hex SHA-256 of "<root digest>\n" and "<digest> <uri>\n" for each file, sorted by the URI's bytes.
-// files: relative URI -> digest.
+// "<root digest>\n" and "<digest> <uri>\n" for each file, sorted by the URI's bytes. files: relative URI -> digest.
+std::string SceneManifest(const std::string& root_digest, const std::map<std::string, std::string>& files);
+
+// The way back. Requires a manifest that SceneManifest made.
+void ParseSceneManifest(const std::string& manifest, std::string* root_digest,
+                        std::map<std::string, std::string>* files);
+
+// "scenes/" + hex SHA-256 of the manifest.
 std::string SceneName(const std::string& root_digest, const std::map<std::string, std::string>& files);
 
 // "scenes/" and 64 lower-case hex digits.

@@ -21,14 +21,14 @@ RenderFlags Flags() {
 }
 
 void ExpectUsageError(const RenderFlags& flags, const std::string& message) {
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_FALSE(job.ok()) << message;
   EXPECT_EQ(ExitCodeOf(job.status()), kExitUsage) << job.status();
   EXPECT_THAT(std::string(job.status().message()), HasSubstr(message));
 }
 
 TEST(RenderFlagsTest, NothingGivenLeavesEverythingToTheServer) {
-  const auto job = BuildRenderJob(Flags());
+  const auto job = PrepareRender(Flags());
   ASSERT_OK(job);
   v1::RenderRequest expected;
   expected.set_scene("scene.glb");
@@ -39,7 +39,7 @@ TEST(RenderFlagsTest, NothingGivenLeavesEverythingToTheServer) {
 TEST(RenderFlagsTest, CameraTakesItsWordsAndPassesNanOn) {
   RenderFlags flags = Flags();
   flags.camera = "eye=1,-2.5,3e1  target=0,nan,0 up=0,1,0 fovy=45";
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   const v1::LookAt& look_at = job->request.camera().look_at();
   EXPECT_EQ(look_at.eye().x(), 1);
@@ -65,7 +65,7 @@ TEST(RenderFlagsTest, EveryLightIsAddedWithItsFields) {
   RenderFlags flags = Flags();
   flags.lights = {"center=0,3,0 edge_u=1,0,0 edge_v=0,0,1 direction=0,-1,0 radiance=10,9,8",
                   "center=1,1,1 edge_u=0,0,0 edge_v=0,0,0 direction=0,-1,0 intensity=1,2,3 two_sided"};
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   ASSERT_EQ(job->request.lights_size(), 2);
   EXPECT_EQ(job->request.lights(0).radiance().g(), 9);
@@ -80,7 +80,7 @@ TEST(RenderFlagsTest, EveryLightIsAddedWithItsFields) {
 TEST(RenderFlagsTest, GroundTakesHeightSizeAndCatcher) {
   RenderFlags flags = Flags();
   flags.ground = "height=-0.5 size=10 catcher";
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.ground().height_m(), -0.5);
   EXPECT_EQ(job->request.ground().size_m(), 10);
@@ -90,7 +90,7 @@ TEST(RenderFlagsTest, GroundTakesHeightSizeAndCatcher) {
 TEST(RenderFlagsTest, SizeIsTwoPositiveNumbersAndTheServerJudgesHowLarge) {
   RenderFlags flags = Flags();
   flags.size = "100000x100000";
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.width(), 100000u);
   EXPECT_EQ(job->request.height(), 100000u);
@@ -105,7 +105,7 @@ TEST(RenderFlagsTest, EveryMethodOfTheWireCanBeNamed) {
   RenderFlags flags = Flags();
   for (const char* method : {"ssm", "pdsm", "sssm", "shaft", "pcss", "hard", "multi_map", "ray", "auto", "MULTI_MAP"}) {
     flags.method = method;
-    const auto job = BuildRenderJob(flags);
+    const auto job = PrepareRender(flags);
     ASSERT_OK(job);
     EXPECT_NE(job->request.method().method_case(), v1::Method::METHOD_NOT_SET) << method;
   }
@@ -117,7 +117,7 @@ TEST(RenderFlagsTest, SetReachesEveryTypeOfOption) {
   RenderFlags flags = Flags();
   flags.method = "pdsm";
   flags.options = {"k=32", "eps=0.25", "soft_events=true", "filter=wide2", "layout=VOLUME", "surface_only=false"};
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   const v1::PdsmOptions& pdsm = job->request.method().pdsm();
   EXPECT_EQ(pdsm.k(), 32u);
@@ -155,7 +155,7 @@ TEST(RenderFlagsTest, OutputsAreToldByKindAndExtension) {
   RenderFlags flags = Flags();
   flags.outputs = {"a.png",     "VISIBILITY=b.f32", "depth=c.exr", "FRAME=d.EXR",
                    "./e=f.jpg", "normal=g.tif",     "albedo=h.f16"};
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->files, (std::vector<std::string>{"a.png", "b.f32", "c.exr", "d.EXR", "./e=f.jpg", "g.tif", "h.f16"}));
   const auto& outputs = job->request.outputs();
@@ -191,7 +191,7 @@ TEST(RenderFlagsTest, NumbersGoWhereTheyBelong) {
   flags.seed = 7;
   flags.cache = "refresh";
   flags.camera_index = 2;
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.budget().max_error(), 0.01);
   EXPECT_EQ(job->request.budget().max_latency().seconds(), 1);
@@ -226,7 +226,7 @@ TEST(RenderFlagsTest, FlagsOverrideTheRequestFile) {
   flags.options = {"k=16"};
   flags.lights = {"center=0,5,0"};
   flags.outputs = {"soft_shadow_map=s.f32"};
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.scene(), folder / "models/a.glb");
   EXPECT_EQ(job->request.width(), 30u);
@@ -246,7 +246,7 @@ TEST(RenderFlagsTest, AnotherMethodDropsTheRequestFilesOptions) {
   RenderFlags flags = Flags();
   flags.request_file = folder.Write("r.json", R"({"method": {"multiMap": {"k": 8}}})");
   flags.method = "hard";
-  const auto job = BuildRenderJob(flags);
+  const auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_TRUE(job->request.method().has_hard());
 }
@@ -256,11 +256,11 @@ TEST(RenderFlagsTest, AScenesNameInTheRequestFileStaysAName) {
   RenderFlags flags;
   const std::string name = "scenes/" + std::string(64, 'a');
   flags.request_file = folder.Write("r.json", R"({"scene": ")" + name + R"("})");
-  auto job = BuildRenderJob(flags);
+  auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.scene(), name);
   flags.request_file = folder.Write("r.json", R"({"scene": "/absolute/a.glb"})");
-  job = BuildRenderJob(flags);
+  job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.scene(), "/absolute/a.glb");
 }
@@ -272,12 +272,12 @@ TEST(RenderFlagsTest, ARequestFileWithAnUnknownFieldIsBadInputThatNamesIt) {
        {std::pair(R"({"lights": [{"glow": 3}]})", "glow"), std::pair(R"({"width": "wide"})", "width"),
         std::pair(R"({"method": {"magic": {}}})", "magic"), std::pair("{", "r.json"), std::pair("", "r.json")}) {
     flags.request_file = folder.Write("r.json", json);
-    const auto job = BuildRenderJob(flags);
+    const auto job = PrepareRender(flags);
     EXPECT_THAT(job, StatusIs(StatusCode::kInvalidArgument, HasSubstr(message)));
     EXPECT_EQ(ExitCodeOf(job.status()), kExitBadInput);
   }
   flags.request_file = folder / "absent.json";
-  EXPECT_EQ(ExitCodeOf(BuildRenderJob(flags).status()), kExitNoInput);
+  EXPECT_EQ(ExitCodeOf(PrepareRender(flags).status()), kExitNoInput);
 }
 
 TEST(RenderFlagsTest, WithoutASceneAnywhereItIsAUsageError) {

@@ -88,11 +88,11 @@ TEST(ViewFileTest, ItsSceneLiesUnderTheFolderAboveTheViewAndTheCommandLineWins) 
   const TemporaryFolder folder;
   RenderFlags flags;
   flags.view_file = folder.Write("views/v.json", R"({"scene": "scenes/a/a.glb"})");
-  auto job = BuildRenderJob(flags);
+  auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.scene(), folder / "scenes/a/a.glb");
   flags.scene = "b.glb";
-  job = BuildRenderJob(flags);
+  job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.scene(), "b.glb");
 }
@@ -102,11 +102,11 @@ TEST(ViewFileTest, SeveralLightsAreReadInOrderAndFlagsReplaceThem) {
   RenderFlags flags;
   flags.scene = "a.glb";
   flags.view_file = folder.Write("v.json", R"({"lights": [)" + kRightHanded + "," + kRightHanded + "]}");
-  auto job = BuildRenderJob(flags);
+  auto job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.lights_size(), 2);
   flags.lights = {"center=1,1,1"};
-  job = BuildRenderJob(flags);
+  job = PrepareRender(flags);
   ASSERT_OK(job);
   EXPECT_EQ(job->request.lights_size(), 1);
 }

@@ -1,0 +1,82 @@
+#include "server/flags.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <vector>
+
+namespace halfshade {
+namespace {
+
+constexpr int kUsage = 64;
+
+void AddLimits(CLI::App& app, Limits* limits) {
+  app.add_option("--max-message-bytes", limits->message_bytes, "largest message received")
+      ->check(CLI::Range(uint64_t(1) << 16, uint64_t(1) << 30));
+  app.add_option("--max-metadata-bytes", limits->metadata_bytes, "largest metadata received");
+  app.add_option("--max-streams", limits->streams_per_connection, "concurrent calls of a connection");
+  app.add_option("--max-image-width", limits->image_width, "pixels")->check(CLI::Range(1, 16384));
+  app.add_option("--max-image-height", limits->image_height, "pixels")->check(CLI::Range(1, 16384));
+  app.add_option("--max-scene-bytes", limits->scene_bytes, "bytes of a scene, and of one blob");
+  app.add_option("--max-scene-triangles", limits->scene_triangles, "triangles of a scene");
+  app.add_option("--max-lights", limits->lights, "lights of a request");
+  app.add_option("--max-texture-pixels", limits->texture_pixels, "pixels of a texture");
+  app.add_option("--max-gltf-json-bytes", limits->gltf_json_bytes, "bytes of a glTF's JSON");
+  app.add_option("--max-gltf-json-depth", limits->gltf_json_depth, "depth of a glTF's JSON");
+  app.add_option("--queue", limits->queue, "renders that may wait for a context")->check(CLI::Range(1, 1 << 20));
+  app.add_option("--max-render-reply-bytes", limits->render_reply_bytes, "uncompressed images of one Render reply");
+}
+
+}  // namespace
+
+bool IsLoopback(const std::string& address) {
+  if (address.starts_with("unix:")) return true;
+  const std::string host = address.substr(0, address.rfind(':'));
+  return host.starts_with("127.") || host == "localhost" || host == "[::1]";
+}
+
+int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
+  ServerOptions& options = flags->options;
+  options.listen = "127.0.0.1:50051";
+  CLI::App app("halfshaded: soft shadows over gRPC");
+  app.add_option("--listen", options.listen, "HOST:PORT (port 0 picks one) or unix:PATH")->capture_default_str();
+  app.add_option("--http", options.http, "HOST:PORT of /livez and /readyz, or off")->capture_default_str();
+  app.add_option("--scene-store", options.scene_store_dir, "folder that keeps scenes; default: a private temporary one");
+  app.add_option("--scene-store-mb", options.scene_store_mb, "its bound")->capture_default_str();
+  app.add_option("--scene-cache-mb", options.scene_cache_mb, "loaded scenes in memory")->capture_default_str();
+  std::string gl = "auto";
+  app.add_option("--gl", gl, "auto, egl or osmesa")->check(CLI::IsMember({"auto", "egl", "osmesa"}));
+  app.add_option("--egl-device", options.gl.egl_device, "which EGL device")->check(CLI::NonNegativeNumber);
+  app.add_option("--contexts", options.contexts, "GL contexts, a thread each")->check(CLI::Range(1, 64));
+  app.add_option("--grace-s", options.grace_s, "after SIGTERM: time for calls under way")->check(CLI::Range(0, 3600));
+  app.add_option("--lame-duck-s", options.lame_duck_s, "after SIGTERM: NOT_SERVING, still taking calls")
+      ->check(CLI::Range(0, 3600));
+  bool insecure_bind = false;
+  app.add_flag("--insecure-bind", insecure_bind, "allow an address beyond loopback without TLS and token");
+  app.add_option("--log-level", flags->log_level, "trace, debug, info, warn, error, off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
+  AddLimits(app, &options.limits);
+  std::vector<std::string> later_given;
+  for (const char* later : {"--light-cache-mb", "--tls-cert", "--tls-key", "--client-ca", "--token-file"}) {
+    app.add_option_function<std::string>(
+        later, [&later_given, later](const std::string&) { later_given.emplace_back(later); },
+        "not available in this version");
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsage;
+  }
+  if (!later_given.empty()) {
+    std::fprintf(stderr, "%s: not available in this version\n", later_given[0].c_str());
+    return kUsage;
+  }
+  if (!insecure_bind && !IsLoopback(options.listen)) {
+    std::fprintf(stderr, "--listen %s: reachable from outside without TLS and token; give --insecure-bind if that is meant\n",
+                 options.listen.c_str());
+    return kUsage;
+  }
+  options.gl.backend = gl == "egl" ? gl::Backend::kEgl : gl == "osmesa" ? gl::Backend::kOsmesa : gl::Backend::kAuto;
+  return -1;
+}
+
+}  // namespace halfshade

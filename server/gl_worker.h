@@ -1,0 +1,49 @@
+// One thread with one GL context and its renderer, working off the render queue.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "renderer/gl/context.h"
+#include "renderer/renderer.h"
+#include "server/admission.h"
+
+namespace halfshade {
+
+// A renderer with the context that it draws on, and that context's words for itself.
+struct WorkerRenderer {
+  std::unique_ptr<gl::Context> context;  // null for a fake; destroyed after the renderer
+  std::unique_ptr<Renderer> renderer;
+  std::string gl_renderer;
+  std::string gl_version;
+  std::string description;
+};
+
+// Called on the worker's own thread, where the context stays current.
+using RendererFactory = std::function<absl::StatusOr<WorkerRenderer>()>;
+
+// The real one: a context by `options`, warmed up.
+RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels);
+
+class GlWorker {
+ public:
+  // Starts the thread and waits for its renderer; the factory's error. `queue` outlives the worker.
+  static absl::StatusOr<std::unique_ptr<GlWorker>> Start(const RendererFactory& factory, RenderQueue* queue);
+  // Joins the thread. Close the queue first, or this waits for ever.
+  ~GlWorker();
+
+  const std::string& gl_renderer() const { return info_.gl_renderer; }
+  const std::string& gl_version() const { return info_.gl_version; }
+  const std::string& description() const { return info_.description; }
+
+ private:
+  GlWorker() = default;
+  WorkerRenderer info_;  // strings alone; context and renderer live on the thread
+  std::thread thread_;
+};
+
+}  // namespace halfshade

@@ -1,0 +1,174 @@
+#include "server/server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <thread>
+
+#include "renderer/status.h"
+#include "server/cpu_pool.h"
+#include "server/gl_worker_pool.h"
+#include "server/http.h"
+#include "server/render_service.h"
+#include "server/scene_catalog.h"
+#include "server/scene_service.h"
+#include "server/server_service.h"
+
+namespace halfshade {
+namespace {
+
+constexpr int kPoolThreads = 2;
+
+void SetLimits(const Limits& limits, v1::Limits* out) {
+  out->set_message_bytes(limits.message_bytes);
+  out->set_metadata_bytes(limits.metadata_bytes);
+  out->set_streams_per_connection(limits.streams_per_connection);
+  out->set_image_width(limits.image_width);
+  out->set_image_height(limits.image_height);
+  out->set_scene_bytes(limits.scene_bytes);
+  out->set_scene_triangles(limits.scene_triangles);
+  out->set_lights(limits.lights);
+  out->set_texture_pixels(limits.texture_pixels);
+  out->set_gltf_json_bytes(limits.gltf_json_bytes);
+  out->set_gltf_json_depth(limits.gltf_json_depth);
+  out->set_queue(limits.queue);
+  out->set_render_reply_bytes(limits.render_reply_bytes);
+}
+
+void SetChannelLimits(const Limits& limits, grpc::ServerBuilder& builder) {
+  builder.SetMaxReceiveMessageSize(int(limits.message_bytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, int(limits.metadata_bytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, int(limits.streams_per_connection));
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, 600'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, 60'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, 300'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // a second server on the port is an error, not a rival
+  // One gzip message of zeros costs hundreds of MB before its size is known.
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+}
+
+class WiredServer final : public Server {
+ public:
+  explicit WiredServer(const ServerOptions& options)
+      : options_(options),
+        cache_(options.scene_cache_mb << 20),
+        queue_(options.limits.queue, options.contexts),
+        pool_(kPoolThreads) {}
+
+  ~WiredServer() override {
+    plant_.is_stopping = true;
+    is_ready_ = false;
+    if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
+    queue_.Close();
+  }
+
+  absl::Status Start() {
+    if (options_.http != "off") {
+      ASSIGN_OR_RETURN(http_, HttpServer::Start(options_.http, &is_ready_));
+    }
+    ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, options_.scene_store_mb << 20));
+    RETURN_IF_ERROR(workers_.Start(options_, &queue_));
+    catalog_ = std::make_unique<SceneCatalog>(store_.get(), &cache_, options_.limits);
+    plant_.catalog = catalog_.get();
+    plant_.pool = &pool_;
+    plant_.queue = &queue_;
+    plant_.limits = options_.limits;
+    scene_service_ = std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &pool_, options_.limits);
+    render_service_ = std::make_unique<RenderServiceImpl>(&plant_);
+    server_service_ = std::make_unique<ServerServiceImpl>(Describe(), &plant_, store_.get(), &cache_);
+    return Listen();
+  }
+
+  std::shared_ptr<grpc::Channel> InProcessChannel() override {
+    grpc::ChannelArguments arguments;
+    arguments.SetMaxReceiveMessageSize(-1);
+    return server_->InProcessChannel(arguments);
+  }
+  std::string grpc_address() const override { return grpc_address_; }
+  std::string http_address() const override { return http_ == nullptr ? "off" : http_->address(); }
+
+  void Drain() override {
+    is_ready_ = false;
+    if (auto* health = server_->GetHealthCheckService(); health != nullptr) health->SetServingStatus(false);
+    std::this_thread::sleep_for(std::chrono::seconds(options_.lame_duck_s));
+    server_->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(options_.grace_s));
+  }
+
+ private:
+  v1::GetServerInfoResponse Describe() const {
+    v1::GetServerInfoResponse info;
+    info.set_version(HALFSHADE_VERSION);
+    for (const auto& worker : workers_.workers()) {
+      v1::ContextInfo* context = info.add_contexts();
+      context->set_gl_renderer(worker->gl_renderer());
+      context->set_gl_version(worker->gl_version());
+      context->set_description(worker->description());
+    }
+    SetLimits(options_.limits, info.mutable_limits());
+    for (const std::string& method : RegisteredMethods()) info.add_methods(method);
+    for (const char* feature : {"find_missing_blobs", "upload_blob", "create_scene", "get_scene", "list_scenes",
+                                "delete_scene", "render", "get_server_info", "get_statistics"}) {
+      info.add_features(feature);
+    }
+    return info;
+  }
+
+  absl::Status Listen() {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+    grpc::ServerBuilder builder;
+    SetChannelLimits(options_.limits, builder);
+    int port = 0;
+    const bool has_port = !options_.listen.empty();
+    if (has_port) builder.AddListeningPort(options_.listen, grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(scene_service_.get());
+    builder.RegisterService(render_service_.get());
+    builder.RegisterService(server_service_.get());
+    server_ = builder.BuildAndStart();
+    const bool is_unix = options_.listen.starts_with("unix:");
+    if (server_ == nullptr || (has_port && port == 0)) {
+      return absl::FailedPreconditionError("listen " + options_.listen + ": the address cannot be had");
+    }
+    if (has_port) {
+      grpc_address_ = is_unix ? options_.listen
+                              : options_.listen.substr(0, options_.listen.rfind(':') + 1) + std::to_string(port);
+    }
+    is_ready_ = true;
+    return absl::OkStatus();
+  }
+
+  const ServerOptions options_;
+  std::atomic<bool> is_ready_{false};
+  std::unique_ptr<HttpServer> http_;
+  std::unique_ptr<Store> store_;
+  SceneCache cache_;
+  std::unique_ptr<SceneCatalog> catalog_;
+  RenderPlant plant_;
+  RenderQueue queue_;
+  // From here on the order of destruction matters: gRPC first, then the workers, then the pool they hand results to.
+  CpuPool pool_;
+  GlWorkerPool workers_;
+  std::unique_ptr<SceneServiceImpl> scene_service_;
+  std::unique_ptr<RenderServiceImpl> render_service_;
+  std::unique_ptr<ServerServiceImpl> server_service_;
+  std::unique_ptr<grpc::Server> server_;
+  std::string grpc_address_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options) {
+  auto server = std::make_unique<WiredServer>(options);
+  RETURN_IF_ERROR(server->Start());
+  return server;
+}
+
+}  // namespace halfshade
