@@ -1,5 +1,7 @@
 #include "server/scene_cache.h"
 
+#include "renderer/status.h"
+
 namespace halfshade {
 
 absl::StatusOr<SceneCache::ScenePtr> SceneCache::Get(const std::string& name, const Loader& loader, bool* was_here) {
@@ -23,17 +25,7 @@ absl::StatusOr<SceneCache::ScenePtr> SceneCache::Get(const std::string& name, co
     }
   }
   if (other.valid()) return other.get();
-  absl::StatusOr<FlatScene> loaded = loader();
-  absl::StatusOr<ScenePtr> result = loaded.status();
-  if (loaded.ok()) {
-    const uint64_t bytes = loaded->SizeBytes();
-    if (bytes > max_bytes_) {
-      result = absl::ResourceExhaustedError("the scene takes " + std::to_string(bytes) +
-                                            " bytes; the scene cache holds " + std::to_string(max_bytes_));
-    } else {
-      result = std::make_shared<const FlatScene>(*std::move(loaded));
-    }
-  }
+  const absl::StatusOr<ScenePtr> result = LoadFitting(loader);
   {
     const std::lock_guard lock(mutex_);
     if (result.ok()) Keep(name, *result);
@@ -41,6 +33,16 @@ absl::StatusOr<SceneCache::ScenePtr> SceneCache::Get(const std::string& name, co
   }
   promise.set_value(result);
   return result;
+}
+
+absl::StatusOr<SceneCache::ScenePtr> SceneCache::LoadFitting(const Loader& loader) const {
+  ASSIGN_OR_RETURN(FlatScene scene, loader());
+  const uint64_t bytes = scene.SizeBytes();
+  if (bytes > max_bytes_) {
+    return absl::ResourceExhaustedError("the scene takes " + std::to_string(bytes) + " bytes; the scene cache holds " +
+                                        std::to_string(max_bytes_));
+  }
+  return std::make_shared<const FlatScene>(std::move(scene));
 }
 
 void SceneCache::Keep(const std::string& name, const ScenePtr& scene) {

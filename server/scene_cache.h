@@ -42,6 +42,7 @@ class SceneCache {
     uint64_t bytes = 0;
     std::list<std::string>::iterator use;
   };
+  absl::StatusOr<ScenePtr> LoadFitting(const Loader& loader) const;
   void Keep(const std::string& name, const ScenePtr& scene);  // under mutex_
 
   const uint64_t max_bytes_;

@@ -183,6 +183,9 @@ absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request,
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, plain.scene_index));
   const double aspect = double(plain.width) / plain.height;
   ASSIGN_OR_RETURN(plain.camera, ResolveCamera(request, scene, pose.bounds_ws, aspect));
+  for (int i = 0; i < request.lights_size(); ++i) {
+    SetSuitingPower(request.lights(i), plain.camera.target_ws, &plain.lights[size_t(i)]);
+  }
   // A scene that comes with nothing but itself gets what shows it: a light, and under it a ground for the shadow to fall on.
   const bool is_bare = request.lights().empty() && !request.has_camera() && !request.has_ground();
   if (request.lights().empty()) plain.lights = {SuitingLight(pose.bounds_ws)};

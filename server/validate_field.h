@@ -31,6 +31,8 @@ absl::Status CheckCameraFields(const v1::Camera& camera);
 absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const FlatScene& scene, const Box3d& bounds_ws,
                                      double aspect);
 absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLight& light);
+// Radiance and intensity that `asked` leaves out: a white surface at target_ws that faces the light reflects 1.
+void SetSuitingPower(const v1::AreaLight& asked, const glm::dvec3& target_ws, AreaLight* light);
 // Sets method and method_reason.
 absl::Status CheckMethod(const v1::Method& method, RenderRequest* result);
 

@@ -31,7 +31,22 @@ absl::StatusOr<glm::dvec3> CheckDirection(const std::string& field, const v1::Ar
   return direction / length;
 }
 
+// cosine / distance^2 of the light as seen from a point; the cosine is kept from vanishing for points beside the light.
+double Falloff(const AreaLight& light, const glm::dvec3& point_ws) {
+  const glm::dvec3 to_point = point_ws - light.center_ws;
+  const double distance = std::max(glm::length(to_point), 1e-6);
+  constexpr double kLeastCosine = 0.1;
+  return std::max(glm::dot(to_point, light.normal_ws) / distance, kLeastCosine) / (distance * distance);
+}
+
 }  // namespace
+
+void SetSuitingPower(const v1::AreaLight& asked, const glm::dvec3& target_ws, AreaLight* light) {
+  const double per_intensity = M_PI / Falloff(*light, target_ws);
+  const double area = light->width_m * light->height_m;
+  if (!asked.has_radiance() && area > 0) light->radiance = glm::vec3(float(per_intensity / area));
+  if (!asked.has_intensity()) light->intensity = glm::vec3(float(per_intensity));
+}
 
 absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLight& light) {
   AreaLight result;
@@ -44,7 +59,6 @@ absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLig
   const bool has_u = result.width_m > 0;
   const bool has_v = result.height_m > 0;
   if (light.two_sided()) return NotAvailable(field + ".two_sided", "a two-sided light");
-  result.radiance = result.intensity = glm::vec3(1);
   if (light.has_radiance()) {
     ASSIGN_OR_RETURN(result.radiance, CheckRgb(field + ".radiance", light.radiance()));
   }

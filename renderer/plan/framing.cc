@@ -25,10 +25,10 @@ Sphere BoundingSphere(const Box3d& bounds) {
 Camera FrameScene(const Box3d& bounds_ws, double aspect) {
   const Sphere sphere = BoundingSphere(bounds_ws);
   const glm::dvec3 toward_eye = glm::normalize(glm::dvec3(0.55, 0.55, 1));
-  // 40 degrees high; the narrower side of the picture holds the sphere and a margin of a quarter.
+  // 40 degrees high; the narrower side of the picture holds the sphere and a small margin.
   const double tan_half = std::tan(20 * M_PI / 180);
   const double narrow = std::atan(tan_half * std::min(1.0, aspect));
-  const double distance = 1.25 * sphere.diameter / 2 / std::sin(narrow);
+  const double distance = 1.05 * sphere.diameter / 2 / std::sin(narrow);
   Camera camera = *MakeLookAtCamera(sphere.center + toward_eye * distance, sphere.center, {0, 1, 0});
   camera.tan_half_fovy = tan_half;
   camera.near_m = SuitingNearPlane(bounds_ws, camera.eye_ws);
