@@ -4,6 +4,8 @@
 #include <absl/strings/escaping.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
+#include <absl/strings/strip.h>
 
 #include <algorithm>
 #include <cstring>
@@ -63,20 +65,55 @@ bool IsInside(const fs::path& folder, const fs::path& file) {
   return std::mismatch(folder.begin(), folder.end(), file.begin(), file.end()).first == folder.end();
 }
 
-// `folder` is canonical.
-absl::StatusOr<std::string> ReadInFolder(const fs::path& folder, const std::string& uri) {
+// The regular file that `name` means in `folder`, which is canonical. NOT_FOUND if there is none, INVALID_ARGUMENT if
+// it may not be read.
+absl::StatusOr<fs::path> ResolveInFolder(const fs::path& folder, const std::string& name) {
   auto fault = [](const std::string& why) { return absl::InvalidArgumentError(why); };
-  if (uri.empty()) return fault("is empty");
-  if (uri.find('\0') != std::string::npos) return fault("has a NUL byte");
+  if (name.empty()) return fault("is empty");
+  if (name.find('\0') != std::string::npos) return fault("has a NUL byte");
   std::error_code error;
-  const fs::path file = fs::weakly_canonical(folder / uri, error);
+  const fs::path file = fs::weakly_canonical(folder / name, error);
   if (error) return fault(error.message());
-  if (uri[0] == '/' || !IsInside(folder, file)) return fault("outside the scene's folder");
-  if (!fs::exists(file, error)) return fault("no such file");
+  if (name[0] == '/' || !IsInside(folder, file)) return fault("outside the scene's folder");
+  if (!fs::exists(file, error)) return absl::NotFoundError("no such file");
   if (!fs::is_regular_file(file, error)) return fault("is not a regular file");
-  absl::StatusOr<std::string> bytes = ReadInputFile(file.string());
-  if (!bytes.ok()) return fault("cannot be read");
-  return bytes;
+  return file;
+}
+
+absl::StatusOr<std::string> ReadInFolder(const fs::path& folder, const std::string& name) {
+  ASSIGN_OR_RETURN(const fs::path file, ResolveInFolder(folder, name));
+  return ReadInputFile(file.string());
+}
+
+// The words of a mtllib line as tinyobjloader splits them: at blanks, a backslash keeps the next character.
+std::vector<std::string> MaterialFiles(const std::string& words) {
+  std::vector<std::string> names(1);
+  for (size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == '\\' && i + 1 < words.size()) {
+      names.back() += words[++i];
+    } else if (words[i] == ' ' || words[i] == '\t') {
+      names.emplace_back();
+    } else {
+      names.back() += words[i];
+    }
+  }
+  std::erase(names, "");
+  return names;
+}
+
+// tinyobjloader opens what mtllib names by itself, so that is judged before. An absent file only leaves the model grey.
+absl::Status CheckMaterialFiles(const std::string& obj, const fs::path& folder) {
+  for (const auto& part : absl::StrSplit(obj, absl::ByAnyChar("\r\n"))) {
+    const std::string line(absl::StripLeadingAsciiWhitespace(part));
+    if (!absl::StartsWith(line, "mtllib ") && !absl::StartsWith(line, "mtllib\t")) continue;
+    for (const std::string& name : MaterialFiles(line.substr(7))) {
+      const absl::Status status = ResolveInFolder(folder, name).status();
+      if (status.ok() || absl::IsNotFound(status)) continue;
+      return absl::InvalidArgumentError(
+          absl::StrCat("mtllib ", absl::CHexEscape(name.substr(0, 200)), ": ", status.message()));
+    }
+  }
+  return absl::OkStatus();
 }
 
 // URI (decoded) -> bytes, of every entry of `list` ("buffers", "images").
@@ -105,13 +142,15 @@ absl::Status ReadUris(const Json& gltf, const std::string& list, const fs::path&
 absl::StatusOr<SceneFiles> ReadSceneFiles(const std::string& path) {
   SceneFiles scene;
   ASSIGN_OR_RETURN(scene.root.bytes, ReadInputFile(path));
+  std::error_code error;
+  const fs::path folder = fs::canonical(fs::absolute(path).parent_path(), error);
+  if (error) return absl::NotFoundError(absl::StrCat(path, ": ", error.message()));
   std::map<std::string, std::string> files;
   if (absl::EndsWithIgnoreCase(path, ".obj")) {
-    ASSIGN_OR_RETURN(scene.root.bytes, ObjToGlb(path));
+    RETURN_IF_ERROR(CheckMaterialFiles(scene.root.bytes, folder));
+    // Without a folder in its path tinyobjloader would take an absolute mtllib by its word.
+    ASSIGN_OR_RETURN(scene.root.bytes, ObjToGlb(fs::path(path).has_parent_path() ? path : "./" + path));
   } else {
-    std::error_code error;
-    const fs::path folder = fs::canonical(fs::absolute(path).parent_path(), error);
-    if (error) return absl::NotFoundError(absl::StrCat(path, ": ", error.message()));
     const Json gltf = Json::parse(JsonText(scene.root.bytes), nullptr, /*allow_exceptions=*/false);
     RETURN_IF_ERROR(ReadUris(gltf, "buffers", folder, &files));
     RETURN_IF_ERROR(ReadUris(gltf, "images", folder, &files));

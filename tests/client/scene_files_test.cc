@@ -160,6 +160,22 @@ TEST_F(SceneFilesTest, BrokenJsonNamesNoFilesAndIsLeftToTheServer) {
   }
 }
 
+TEST_F(SceneFilesTest, AnObjReadsMaterialsFromItsOwnFolderOnly) {
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  folder_.Write("room/a b.mtl", "newmtl red\nKd 1 0 0\n");
+  fs::create_symlink("/dev/zero", folder_ / "room/zero.mtl");
+  EXPECT_OK(Read("mtllib a\\ b.mtl\n" + triangle, "a.obj"));
+  EXPECT_OK(Read("mtllib absent.mtl\n" + triangle, "a.obj"));
+  for (const std::string name : {"../../../../../../../etc/passwd", "../../../../../../../dev/zero", "/dev/zero",
+                                 "zero.mtl", "a.mtl ../../up.mtl", "ze\\ro.mtl"}) {
+    for (const std::string& text : {"mtllib " + name + "\n" + triangle, triangle + "\r \tmtllib\t" + name}) {
+      EXPECT_THAT(Read(text, "a.obj"), StatusIs(StatusCode::kInvalidArgument,
+                                                AllOf(StartsWith("mtllib "), HasSubstr("outside the scene's folder"))))
+          << text;
+    }
+  }
+}
+
 TEST_F(SceneFilesTest, ASceneThatIsNotThereIsNotFound) {
   EXPECT_THAT(ReadSceneFiles(folder_ / "absent.glb"), StatusIs(StatusCode::kNotFound, HasSubstr("absent.glb")));
   EXPECT_THAT(ReadSceneFiles("/dev/zero"), StatusIs(StatusCode::kNotFound, HasSubstr("not a regular file")));

@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Builds the image and renders one PNG in it as uid 1000, with a read-only root and no capabilities; then starts the server in
+# it and asks for its health. Needs docker, or podman with runc (as root).
+#   HALFSHADE_IMAGE=NAME  use that image instead of building one
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+if command -v docker >/dev/null && docker info >/dev/null 2>&1; then
+  engine=(docker)
+  build=(docker build)
+elif command -v podman >/dev/null; then
+  engine=(podman --runtime runc)
+  build=(podman --runtime runc build --network=host --isolation=chroot)
+else
+  echo "neither docker nor podman is here" >&2
+  exit 1
+fi
+image=${HALFSHADE_IMAGE:-}
+if [ -z "$image" ]; then
+  image=localhost/halfshade
+  "${build[@]}" -t "$image" -f docker/Dockerfile .
+fi
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+# A scene that needs no file but this one: a triangle over nothing.
+cat >"$work/triangle.gltf" <<'GLTF'
+{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+ "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+ "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+ "bufferViews":[{"buffer":0,"byteLength":36}],
+ "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}
+GLTF
+chmod 755 "$work"
+mkdir "$work/out"
+chmod 777 "$work/out"
+fenced=(run --rm --network=host --read-only --tmpfs /tmp --cap-drop=all --security-opt no-new-privileges --user 1000:1000
+        --ulimit nofile=20000:20000 --ulimit nproc=4096:4096)
+
+"${engine[@]}" "${fenced[@]}" -v "$work:/work" "$image" halfshade render /work/triangle.gltf -o /work/out/triangle.png --size 320x180
+head -c 8 "$work/out/triangle.png" | cmp - <(printf '\x89PNG\r\n\x1a\n')
+echo "rendered $(stat -c %s "$work/out/triangle.png") bytes of PNG as uid 1000, root read-only, no capabilities"
+
+begin=$(date +%s%N)
+"${engine[@]}" "${fenced[@]}" --name halfshade-smoke "$image" halfshaded --listen 127.0.0.1:0 >"$work/serving.txt" &
+for _ in $(seq 300); do
+  grep -q '^serving ' "$work/serving.txt" && break
+  sleep 0.1
+done
+address=$(sed -n 's/^serving grpc=\([^ ]*\).*/\1/p' "$work/serving.txt")
+echo "start to SERVING: $((($(date +%s%N) - begin) / 1000000)) ms"
+"${engine[@]}" "${fenced[@]}" "$image" halfshade health --server "$address"
+"${engine[@]}" stop -t 10 halfshade-smoke >/dev/null
+wait
+echo "image: $("${engine[@]}" image inspect -f '{{.Size}}' "$image") bytes"
+echo "smoke test passed"
