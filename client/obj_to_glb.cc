@@ -38,11 +38,25 @@ class MeshBuilder {
   GlbMesh Take(const std::string& name) {
     mesh_.name = name;
     mesh_.is_double_sided = true;  // OBJ says nothing of sides
-    if (!has_all_normals_) mesh_.normals.clear();
+    if (!has_all_normals_) SmoothNormals();
     return std::move(mesh_);
   }
 
  private:
+  // Without normals of its own a scan looks smooth, not faceted: the mean of the faces around each vertex, by area.
+  void SmoothNormals() {
+    std::vector<glm::dvec3> sums(mesh_.positions.size(), glm::dvec3(0));
+    for (size_t i = 0; i < mesh_.indices.size(); i += 3) {
+      const uint32_t* corner = &mesh_.indices[i];
+      const glm::dvec3 a(mesh_.positions[corner[0]]), b(mesh_.positions[corner[1]]), c(mesh_.positions[corner[2]]);
+      for (int k = 0; k < 3; ++k) sums[corner[k]] += glm::cross(b - a, c - a);
+    }
+    for (size_t i = 0; i < sums.size(); ++i) {
+      const double length = glm::length(sums[i]);
+      mesh_.normals[i] = length > 0 ? glm::vec3(sums[i] / length) : glm::vec3(0);
+    }
+  }
+
   static glm::vec3 Vec3(const std::vector<tinyobj::real_t>& values, int index) {
     const size_t at = 3 * size_t(index);
     return {values[at], values[at + 1], values[at + 2]};

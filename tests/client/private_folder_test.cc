@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// First: a death test forks, and the other test leaves a thread behind.
-TEST(PrivateFolderTest, IsGoneWhenASignalEndsTheProcessWhichDiesOfIt) {
+// gtest runs DeathTest suites first: they fork, and other tests leave threads behind.
+TEST(PrivateFolderDeathTest, IsGoneWhenASignalEndsTheProcessWhichDiesOfIt) {
   const TemporaryFolder parent;
   setenv("TMPDIR", parent.path().c_str(), 1);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {

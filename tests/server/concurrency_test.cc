@@ -1,0 +1,145 @@
+// The server's own threads, without GL: queue, cache and pool. Run under TSan by test.sh --long.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "server/admission.h"
+#include "server/cpu_pool.h"
+#include "server/gl_worker.h"
+#include "server/scene_cache.h"
+#include "server/status.h"
+#include "tests/support/status_matchers.h"
+
+namespace halfshade {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+RenderJob Job(uint64_t id, std::function<void()> work = [] {}) {
+  return {id, [work](WorkerRenderer&) { work(); }};
+}
+
+TEST(RenderQueueTest, AFullQueueRefusesWithPushback) {
+  RenderQueue queue(2, 1);
+  EXPECT_OK(queue.Push(Job(1), 10s));
+  EXPECT_OK(queue.Push(Job(2), 10s));
+  const absl::Status status = queue.Push(Job(3), 10s);
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("the queue is full: 2")));
+  EXPECT_GE(std::stoi(PushbackMs(status)), 50);
+}
+
+TEST(RenderQueueTest, AWaitBeyondTheDeadlineIsRefusedAtOnce) {
+  RenderQueue queue(10, 1);
+  EXPECT_OK(queue.Push(Job(1), 10s));
+  queue.Pop();
+  queue.Report(5s);
+  EXPECT_OK(queue.Push(Job(2), 1s)) << "nobody is ahead";
+  EXPECT_THAT(queue.Push(Job(3), 1s), StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("too long for the deadline")));
+  EXPECT_OK(queue.Push(Job(4), 6s));
+}
+
+TEST(RenderQueueTest, AWithdrawnJobNeverRuns) {
+  RenderQueue queue(10, 1);
+  EXPECT_OK(queue.Push(Job(1), 1s));
+  EXPECT_OK(queue.Push(Job(2), 1s));
+  EXPECT_TRUE(queue.Withdraw(1));
+  EXPECT_FALSE(queue.Withdraw(1));
+  EXPECT_EQ(queue.Pop()->id, 2u);
+  EXPECT_FALSE(queue.Withdraw(2)) << "it runs";
+}
+
+TEST(RenderQueueTest, AClosedQueueGivesOutWhatWaitsAndTakesNothing) {
+  RenderQueue queue(10, 1);
+  EXPECT_OK(queue.Push(Job(1), 1s));
+  queue.Close();
+  EXPECT_THAT(queue.Push(Job(2), 1s), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("draining")));
+  EXPECT_EQ(queue.Pop()->id, 1u);
+  EXPECT_FALSE(queue.Pop().has_value());
+}
+
+TEST(GlWorkerTest, RunsEveryJobOnceAcrossWorkers) {
+  RenderQueue queue(1000, 2);
+  std::atomic<int> runs{0};
+  {
+    const RendererFactory factory = [] { return WorkerRenderer{nullptr, nullptr, "fake", "0", "fake"}; };
+    auto a = GlWorker::Start(factory, &queue);
+    auto b = GlWorker::Start(factory, &queue);
+    ASSERT_OK(a);
+    ASSERT_OK(b);
+    EXPECT_EQ((*a)->gl_renderer(), "fake");
+    for (uint64_t i = 1; i <= 500; ++i) EXPECT_OK(queue.Push(Job(i, [&] { ++runs; }), 100s));
+    queue.Close();
+  }
+  EXPECT_EQ(runs, 500);
+}
+
+TEST(GlWorkerTest, AFactoryThatFailsIsTheStartsError) {
+  RenderQueue queue(1, 1);
+  const auto worker = GlWorker::Start([]() -> absl::StatusOr<WorkerRenderer> { return absl::FailedPreconditionError("no GL"); }, &queue);
+  EXPECT_THAT(worker, StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("no GL")));
+}
+
+TEST(CpuPoolTest, RunsEverythingBeforeItEnds) {
+  std::atomic<int> runs{0};
+  {
+    CpuPool pool(3);
+    for (int i = 0; i < 300; ++i) pool.Run([&] { ++runs; });
+  }
+  EXPECT_EQ(runs, 300);
+}
+
+FlatScene SceneOf(size_t vertices) {
+  FlatScene scene;
+  scene.positions.resize(vertices);
+  return scene;
+}
+
+TEST(SceneCacheTest, IdenticalLoadsAreDoneOnce) {
+  SceneCache cache(1 << 20);
+  std::atomic<int> loads{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&] {
+      EXPECT_OK(cache.Get("a", [&]() -> absl::StatusOr<FlatScene> {
+        ++loads;
+        std::this_thread::sleep_for(20ms);
+        return SceneOf(10);
+      }));
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(loads, 1);
+}
+
+TEST(SceneCacheTest, TheLeastRecentlyUsedGoesFirstAndLivesOnUnderItsUser) {
+  const uint64_t one = SceneOf(1000).SizeBytes();
+  SceneCache cache(2 * one + one / 2);
+  const auto get = [&](const std::string& name, bool* was_here = nullptr) {
+    return *cache.Get(name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }, was_here);
+  };
+  get("a");
+  const auto b = get("b");
+  get("a");
+  get("c");
+  EXPECT_LE(cache.counters().bytes, 2 * one + one / 2);
+  bool was_here = true;
+  get("a", &was_here);
+  EXPECT_TRUE(was_here);
+  get("b", &was_here);
+  EXPECT_FALSE(was_here) << "b was the least recently used";
+  EXPECT_EQ(b->positions.size(), 1000u) << "in use: not evicted under its user";
+}
+
+TEST(SceneCacheTest, ASceneThatCannotFitIsRefusedWithTheNumbers) {
+  SceneCache cache(100);
+  EXPECT_THAT(cache.Get("a", [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("the scene cache holds 100")));
+  EXPECT_THAT(cache.Get("a", [] { return absl::StatusOr<FlatScene>(absl::InvalidArgumentError("bad")); }),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("bad")))
+      << "errors are not kept";
+}
+
+}  // namespace
+}  // namespace halfshade
