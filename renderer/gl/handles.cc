@@ -22,8 +22,9 @@ absl::StatusOr<Buffer> Buffer::Create(const Context& context, const void* data, 
   context.gl().CreateBuffers(1, &id);
   Buffer buffer(context, id);
   context.gl().NamedBufferStorage(id, GLsizeiptr(size_bytes), data, 0);
-  if (context.gl().GetError() != GL_NO_ERROR) {
-    return absl::ResourceExhaustedError("GL has no memory for a buffer of " + std::to_string(size_bytes) + " bytes");
+  if (const absl::Status status = context.Check("creating a buffer"); !status.ok()) {
+    return absl::ResourceExhaustedError("GL has no room for a buffer of " + std::to_string(size_bytes) +
+                                        " bytes: " + std::string(status.message()));
   }
   return buffer;
 }

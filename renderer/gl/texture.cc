@@ -51,9 +51,9 @@ absl::StatusOr<Texture> Texture::Create(const Context& context, GLenum target, G
   } else {
     gl.TextureStorage3D(id, levels, format, width, height, layers);
   }
-  if (const GLenum error = gl.GetError(); error != GL_NO_ERROR) {
-    return absl::ResourceExhaustedError("GL has no memory for a texture of " + std::to_string(texture.size_bytes_) +
-                                        " bytes (error " + std::to_string(error) + ")");
+  if (const absl::Status status = context.Check("creating a texture"); !status.ok()) {
+    return absl::ResourceExhaustedError("GL has no room for a texture of " + std::to_string(texture.size_bytes_) +
+                                        " bytes: " + std::string(status.message()));
   }
   gl.TextureParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   gl.TextureParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);

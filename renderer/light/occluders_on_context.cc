@@ -27,13 +27,8 @@ absl::StatusOr<std::unique_ptr<OccludersOnContext>> OccludersOnContext::Create(c
   ASSIGN_OR_RETURN(result->positions_, gl::Buffer::Create(context, occluders.positions));
   ASSIGN_OR_RETURN(result->indices_, gl::Buffer::Create(context, occluders.indices));
   result->vertex_array_ = gl::VertexArray::Create(context);
-  const GladGLContext& gl = context.gl();
-  const GLuint array = result->vertex_array_.id();
-  gl.VertexArrayVertexBuffer(array, 0, result->positions_.id(), 0, sizeof(glm::vec3));
-  gl.VertexArrayAttribFormat(array, 0, 3, GL_FLOAT, GL_FALSE, 0);
-  gl.VertexArrayAttribBinding(array, 0, 0);
-  gl.EnableVertexArrayAttrib(array, 0);
-  gl.VertexArrayElementBuffer(array, result->indices_.id());
+  result->vertex_array_.SetFloats(0, 3, result->positions_.id());
+  context.gl().VertexArrayElementBuffer(result->vertex_array_.id(), result->indices_.id());
   RETURN_IF_ERROR(context.Check("light/occluders"));
   return result;
 }

@@ -45,13 +45,8 @@ absl::StatusOr<std::unique_ptr<SceneOnContext>> SceneOnContext::Create(const Dra
   ASSIGN_OR_RETURN(result->positions_, gl::Buffer::Create(context, scene.positions));
   ASSIGN_OR_RETURN(result->indices_, gl::Buffer::Create(context, scene.indices));
   ASSIGN_OR_RETURN(result->triangle_planes_, gl::Buffer::Create(context, TrianglePlanes(scene)));
-  const GladGLContext& gl = context.gl();
-  const GLuint array = result->vertex_array_.id();
-  gl.VertexArrayVertexBuffer(array, 0, result->positions_.id(), 0, sizeof(glm::vec3));
-  gl.VertexArrayAttribFormat(array, 0, 3, GL_FLOAT, GL_FALSE, 0);
-  gl.VertexArrayAttribBinding(array, 0, 0);
-  gl.EnableVertexArrayAttrib(array, 0);
-  gl.VertexArrayElementBuffer(array, result->indices_.id());
+  result->vertex_array_.SetFloats(0, 3, result->positions_.id());
+  context.gl().VertexArrayElementBuffer(result->vertex_array_.id(), result->indices_.id());
   result->size_bytes_ = scene.positions.size() * sizeof(glm::vec3) + scene.indices.size() * sizeof(uint32_t) +
                         scene.indices.size() / 3 * sizeof(glm::vec4);
   RETURN_IF_ERROR(context.Check("scene/upload"));
@@ -65,15 +60,8 @@ absl::Status SceneOnContext::NeedMaterials(const DrawContext& draw, const FlatSc
   const GladGLContext& gl = context.gl();
   ASSIGN_OR_RETURN(normals_, gl::Buffer::Create(context, scene.normals));
   ASSIGN_OR_RETURN(texcoords_, gl::Buffer::Create(context, scene.texcoords));
-  const GLuint array = vertex_array_.id();
-  gl.VertexArrayVertexBuffer(array, 1, normals_.id(), 0, sizeof(glm::vec3));
-  gl.VertexArrayAttribFormat(array, 1, 3, GL_FLOAT, GL_FALSE, 0);
-  gl.VertexArrayAttribBinding(array, 1, 1);
-  gl.EnableVertexArrayAttrib(array, 1);
-  gl.VertexArrayVertexBuffer(array, 2, texcoords_.id(), 0, sizeof(glm::vec2));
-  gl.VertexArrayAttribFormat(array, 2, 2, GL_FLOAT, GL_FALSE, 0);
-  gl.VertexArrayAttribBinding(array, 2, 2);
-  gl.EnableVertexArrayAttrib(array, 2);
+  vertex_array_.SetFloats(1, 3, normals_.id());
+  vertex_array_.SetFloats(2, 2, texcoords_.id());
   size_bytes_ += scene.normals.size() * sizeof(glm::vec3) + scene.texcoords.size() * sizeof(glm::vec2);
 
   std::vector<bool> is_used(scene.textures.size(), false);

@@ -111,10 +111,7 @@ absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const Render
   ASSIGN_OR_RETURN(gl::Buffer index_buffer, gl::Buffer::Create(context, indices));
   ASSIGN_OR_RETURN(gl::Buffer plane_buffer, gl::Buffer::Create(context, planes));
   gl::VertexArray vertex_array = gl::VertexArray::Create(context);
-  gl.VertexArrayVertexBuffer(vertex_array.id(), 0, position_buffer.id(), 0, sizeof(glm::vec3));
-  gl.VertexArrayAttribFormat(vertex_array.id(), 0, 3, GL_FLOAT, GL_FALSE, 0);
-  gl.VertexArrayAttribBinding(vertex_array.id(), 0, 0);
-  gl.EnableVertexArrayAttrib(vertex_array.id(), 0);
+  vertex_array.SetFloats(0, 3, position_buffer.id());
   gl.VertexArrayElementBuffer(vertex_array.id(), index_buffer.id());
   // No normal and texture coordinate arrays: a zero normal makes the geometric one shade.
   gl.VertexAttrib3f(1, 0, 0, 0);

@@ -1,0 +1,322 @@
+// The service over a real port with a renderer that draws nothing: deadlines, cancellation, queue, drain, the wire's edges.
+#include <google/protobuf/empty.pb.h>
+#include <grpcpp/create_channel.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <thread>
+
+#include "client/glb_writer.h"
+#include "halfshade/v1/render.grpc.pb.h"
+#include "halfshade/v1/scene.grpc.pb.h"
+#include "halfshade/v1/server.grpc.pb.h"
+#include "server/digest.h"
+#include "server/scene_name.h"
+#include "server/server.h"
+#include "server/status.h"
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/status_matchers.h"
+
+namespace halfshade {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+// How long each render takes, and how many have begun.
+std::atomic<int> render_ms{0};
+std::atomic<int> renders_begun{0};
+
+class FakeRenderer : public Renderer {
+ public:
+  absl::StatusOr<RenderResult> Render(const std::string&, const FlatScene&, const RenderRequest& request,
+                                      const StopCheck& stop) override {
+    ++renders_begun;
+    const auto end = Clock::now() + std::chrono::milliseconds(render_ms);
+    do {
+      if (const absl::Status status = stop(); !status.ok()) return status;
+      std::this_thread::sleep_for(1ms);
+    } while (Clock::now() < end);
+    RenderResult result;
+    for (const OutputKind kind : request.outputs) {
+      result.images.push_back({kind, Image(request.width, request.height, kind == OutputKind::kFrame ? 4 : int(request.lights.size()))});
+    }
+    result.report.method = "multi_map";
+    return result;
+  }
+  void ForgetScene(const std::string&) override {}
+};
+
+class ServiceTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    render_ms = 0;
+    renders_begun = 0;
+    options_.listen = "127.0.0.1:0";
+    options_.http = "127.0.0.1:0";
+    options_.limits.queue = 2;
+    options_.grace_s = 5;
+    options_.renderer_factory = [] {
+      return WorkerRenderer{nullptr, std::make_unique<FakeRenderer>(), "fake", "0", "fake"};
+    };
+    Start();
+  }
+  void Start() {
+    auto server = Server::Start(options_);
+    ASSERT_OK(server);
+    server_ = *std::move(server);
+    channel_ = grpc::CreateChannel(server_->grpc_address(), grpc::InsecureChannelCredentials());
+    scenes_ = v1::SceneService::NewStub(channel_);
+    renders_ = v1::RenderService::NewStub(channel_);
+  }
+
+  grpc::Status Upload(const std::string& bytes, const std::string& digest, size_t chunk = 1000) {
+    grpc::ClientContext context;
+    v1::UploadBlobResponse response;
+    auto writer = scenes_->UploadBlob(&context, &response);
+    for (size_t at = 0; at < bytes.size(); at += chunk) {
+      v1::UploadBlobRequest request;
+      request.set_digest(digest);
+      request.set_size_bytes(bytes.size());
+      request.set_offset_bytes(at);
+      request.set_data(bytes.substr(at, chunk));
+      if (!writer->Write(request)) break;
+    }
+    writer->WritesDone();
+    return writer->Finish();
+  }
+
+  // Uploads a plate and makes a scene of it; its name.
+  std::string MakeScene() {
+    const std::string glb = WriteGlb({MakePlate({0, 0, 0}, 1, 1)});
+    EXPECT_TRUE(Upload(glb, Sha256Hex(glb)).ok());
+    grpc::ClientContext context;
+    v1::CreateSceneRequest request;
+    request.set_root_digest(Sha256Hex(glb));
+    v1::CreateSceneResponse response;
+    const grpc::Status status = scenes_->CreateScene(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(response.scene().triangles(), 2u);
+    return response.scene().name();
+  }
+
+  v1::RenderRequest Request(const std::string& scene) const {
+    v1::RenderRequest request;
+    request.set_scene(scene);
+    request.set_width(16);
+    request.set_height(16);
+    return request;
+  }
+
+  grpc::Status Render(const v1::RenderRequest& request, grpc::ClientContext* context) {
+    v1::RenderResponse response;
+    return renders_->Render(context, request, &response);
+  }
+  grpc::Status Render(const v1::RenderRequest& request) {
+    grpc::ClientContext context;
+    return Render(request, &context);
+  }
+
+  ServerOptions options_;
+  std::unique_ptr<Server> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::SceneService::Stub> scenes_;
+  std::unique_ptr<v1::RenderService::Stub> renders_;
+};
+
+TEST_F(ServiceTest, ASceneGoesUpAndAFrameComesDown) {
+  const std::string scene = MakeScene();
+  grpc::ClientContext context;
+  v1::RenderResponse response;
+  ASSERT_TRUE(renders_->Render(&context, Request(scene), &response).ok());
+  ASSERT_EQ(response.images_size(), 1);
+  EXPECT_TRUE(response.images(0).data().starts_with("\x89PNG"));
+  EXPECT_EQ(response.report().outputs(0).pixel_sha256().size(), 64u);
+  EXPECT_EQ(response.report().gl_renderer(), "fake");
+  EXPECT_GT(response.report().timing().total_ms(), 0);
+}
+
+TEST_F(ServiceTest, AnUnknownSceneIsNotFound) {
+  const grpc::Status status = Render(Request("scenes/" + std::string(64, '0')));
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(status.error_message(), HasSubstr("is not here"));
+}
+
+TEST_F(ServiceTest, ABadRequestIsRefusedBeforeItsSceneIsLookedFor) {
+  v1::RenderRequest request = Request("scenes/" + std::string(64, '0'));
+  request.set_width(99999);
+  const grpc::Status status = Render(request);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(status.error_message(), "width: 99999; must be 1 to 8192");
+  EXPECT_EQ(renders_begun, 0);
+}
+
+TEST_F(ServiceTest, ABlobWithAnotherDigestIsNeverVisible) {
+  const grpc::Status status = Upload("hello", std::string(64, '1'));
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  grpc::ClientContext context;
+  v1::FindMissingBlobsRequest request;
+  request.add_digests(std::string(64, '1'));
+  v1::FindMissingBlobsResponse response;
+  ASSERT_TRUE(scenes_->FindMissingBlobs(&context, request, &response).ok());
+  EXPECT_EQ(response.missing_digests_size(), 1);
+}
+
+TEST_F(ServiceTest, AnUploadWithAGapIsRefused) {
+  grpc::ClientContext context;
+  v1::UploadBlobResponse response;
+  auto writer = scenes_->UploadBlob(&context, &response);
+  v1::UploadBlobRequest chunk;
+  chunk.set_digest(Sha256Hex("hello"));
+  chunk.set_size_bytes(5);
+  chunk.set_offset_bytes(1);
+  chunk.set_data("ello");
+  writer->Write(chunk);
+  writer->WritesDone();
+  const grpc::Status status = writer->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(status.error_message(), "offset_bytes: 1; the next byte is 0");
+}
+
+TEST_F(ServiceTest, ScenesAreListedInPagesDescribedAndDeleted) {
+  const std::string scene = MakeScene();
+  const std::string again = MakeScene();
+  EXPECT_EQ(scene, again) << "named by content";
+  v1::ListScenesResponse list;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(scenes_->ListScenes(&context, {}, &list).ok());
+    ASSERT_EQ(list.scenes_size(), 1);
+    EXPECT_EQ(list.scenes(0).name(), scene);
+  }
+  v1::DeleteSceneRequest remove;
+  remove.set_name(scene);
+  v1::DeleteSceneResponse removed;
+  {
+    grpc::ClientContext context;
+    EXPECT_TRUE(scenes_->DeleteScene(&context, remove, &removed).ok());
+  }
+  grpc::ClientContext context;
+  EXPECT_EQ(scenes_->DeleteScene(&context, remove, &removed).error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(Render(Request(scene)).error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(ServiceTest, AMissingBlobIsNotFoundByDigest) {
+  grpc::ClientContext context;
+  v1::CreateSceneRequest request;
+  request.set_root_digest(std::string(64, 'e'));
+  v1::CreateSceneResponse response;
+  const grpc::Status status = scenes_->CreateScene(&context, request, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_THAT(status.error_message(), HasSubstr(std::string(64, 'e')));
+}
+
+TEST_F(ServiceTest, TheDeadlineOfACallThatWaitsIsAnsweredAtOnceNotAtTheNextDequeue) {
+  const std::string scene = MakeScene();
+  render_ms = 1000;
+  std::thread first([&] { Render(Request(scene)); });
+  while (renders_begun == 0) std::this_thread::sleep_for(1ms);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + 100ms);
+  const auto begin = Clock::now();
+  EXPECT_EQ(Render(Request(scene), &context).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_LT(Clock::now() - begin, 600ms) << "the one ahead takes 1000 ms";
+  first.join();
+  EXPECT_EQ(renders_begun, 1) << "it was withdrawn";
+}
+
+TEST_F(ServiceTest, ACancelledRenderStopsAndFreesTheContext) {
+  const std::string scene = MakeScene();
+  render_ms = 20000;
+  grpc::ClientContext context;
+  std::thread call([&] { EXPECT_EQ(Render(Request(scene), &context).error_code(), grpc::StatusCode::CANCELLED); });
+  while (renders_begun == 0) std::this_thread::sleep_for(1ms);
+  context.TryCancel();
+  call.join();
+  render_ms = 0;
+  grpc::ClientContext next;
+  next.set_deadline(std::chrono::system_clock::now() + 5s);
+  EXPECT_TRUE(Render(Request(scene), &next).ok());
+}
+
+TEST_F(ServiceTest, AFullQueueAnswersResourceExhaustedWithPushback) {
+  const std::string scene = MakeScene();
+  render_ms = 300;
+  std::mutex mutex;
+  int refused = 0, served = 0;
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 10; ++i) {
+    callers.emplace_back([&] {
+      grpc::ClientContext context;
+      const grpc::Status status = Render(Request(scene), &context);
+      const std::lock_guard lock(mutex);
+      served += status.ok();
+      if (status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) {
+        ++refused;
+        EXPECT_EQ(context.GetServerTrailingMetadata().count(kPushbackKey), 1u);
+      }
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_EQ(refused + served, 10);
+  EXPECT_GE(refused, 5) << "one runs, two wait";
+  EXPECT_GE(served, 3);
+}
+
+TEST_F(ServiceTest, DrainLetsTheCallUnderWayFinishAndTakesNoMore) {
+  const std::string scene = MakeScene();
+  render_ms = 500;
+  grpc::Status status;
+  std::thread call([&] { status = Render(Request(scene)); });
+  while (renders_begun == 0) std::this_thread::sleep_for(1ms);
+  server_->Drain();
+  call.join();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(Render(Request(scene)).error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(ServiceTest, WhatIsNotThereYetSaysSoByName) {
+  grpc::ClientContext context;
+  v1::PlanRenderResponse response;
+  const grpc::Status status = renders_->PlanRender(&context, {}, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(status.error_message(), "RenderService.PlanRender is not available in this version");
+  grpc::ClientContext stream_context;
+  const auto stream = renders_->RenderStream(&stream_context, {});
+  v1::RenderStreamResponse part;
+  EXPECT_FALSE(stream->Read(&part));
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNIMPLEMENTED);
+}
+
+TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {
+  grpc::ClientContext context;
+  v1::GetServerInfoResponse info;
+  ASSERT_TRUE(v1::ServerService::NewStub(channel_)->GetServerInfo(&context, {}, &info).ok());
+  EXPECT_EQ(info.limits().queue(), 2u);
+  EXPECT_EQ(info.contexts(0).gl_renderer(), "fake");
+  EXPECT_EQ(info.methods_size(), 2);
+}
+
+TEST_F(ServiceTest, ASecondServerOnThePortIsRefused) {
+  ServerOptions second = options_;
+  second.http = "off";
+  second.listen = server_->grpc_address();
+  EXPECT_THAT(Server::Start(second).status(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("cannot be had")));
+}
+
+TEST_F(ServiceTest, ScenesOfAKeptStoreAreThereAfterARestart) {
+  server_.reset();
+  const std::string folder = testing::TempDir() + "/service_test_store";
+  options_.scene_store_dir = folder;
+  Start();
+  const std::string scene = MakeScene();
+  server_.reset();
+  Start();
+  EXPECT_TRUE(Render(Request(scene)).ok());
+}
+
+}  // namespace
+}  // namespace halfshade

@@ -1,0 +1,38 @@
+#include "renderer/gl/pacer.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/status_matchers.h"
+
+namespace halfshade::gl {
+namespace {
+
+TEST(PacerTest, NoSubmissionIsPredictedOverTheBound) {
+  int finishes = 0;
+  Pacer pacer([&] { ++finishes; }, [] { return absl::OkStatus(); });
+  for (int i = 0; i < 100; ++i) ASSERT_OK(pacer.Charge(7));
+  EXPECT_LE(pacer.longest_predicted_ms(), Pacer::kMaxSubmissionMs);
+  EXPECT_EQ(finishes, 49) << "two of 7 ms fit 20 ms";
+}
+
+TEST(PacerTest, TheStopChecksErrorComesBackBeforeMoreIsDrawn) {
+  bool stops = false;
+  Pacer pacer([] {}, [&] { return stops ? absl::CancelledError("stop") : absl::OkStatus(); });
+  ASSERT_OK(pacer.Charge(15));
+  stops = true;
+  EXPECT_OK(pacer.Charge(4)) << "still within one submission";
+  EXPECT_THAT(pacer.Charge(2), StatusIs(absl::StatusCode::kCancelled, "stop"));
+}
+
+TEST(PacerTest, FinishWaitsOnlyForWork) {
+  int finishes = 0;
+  Pacer pacer([&] { ++finishes; }, [] { return absl::OkStatus(); });
+  ASSERT_OK(pacer.Finish());
+  EXPECT_EQ(finishes, 0);
+  ASSERT_OK(pacer.Charge(1));
+  ASSERT_OK(pacer.Finish());
+  EXPECT_EQ(finishes, 1);
+}
+
+}  // namespace
+}  // namespace halfshade::gl

@@ -1,0 +1,168 @@
+#include "renderer/plan/frame_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "renderer/math/light_frame.h"
+#include "renderer/plan/framing.h"
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/render_fixture.h"
+
+namespace halfshade {
+namespace {
+
+RenderRequest Request() {
+  RenderRequest request;
+  request.camera = LookFrom({3, 3, 3}, {0, 0, 0});
+  request.width = request.height = 64;
+  request.lights = {LightAbove(3, 1)};
+  request.outputs = {OutputKind::kFrame};
+  return request;
+}
+
+FramePlan Plan(const FlatScene& scene, const RenderRequest& request) {
+  return PlanFrame(scene, *BuildPose(scene, 0), request);
+}
+
+TEST(PlanFrameTest, VisibilityAloneNeedsNoShadingAndNoTextures) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  EXPECT_TRUE(Plan(scene, request).needs_textures);
+  request.outputs = {OutputKind::kVisibility};
+  EXPECT_FALSE(Plan(scene, request).needs_shading);
+  EXPECT_FALSE(Plan(scene, request).needs_textures);
+}
+
+TEST(PlanFrameTest, ALightWithoutPowerIsSkippedUnlessItsVisibilityIsAsked) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kCompute);
+  request.lights[0].radiance = glm::vec3(0);
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kSkipped);
+  EXPECT_EQ(Plan(scene, request).lights[0].reason, "lights[0]: emits nothing, and visibility is not asked");
+  request.outputs.push_back(OutputKind::kVisibility);
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kCompute);
+}
+
+TEST(PlanFrameTest, ALightThatFacesAwayNeedsNoMaps) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  request.lights[0].center_ws.y = -2;
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kNoMapNeeded);
+  EXPECT_EQ(Plan(scene, request).lights[0].reason, "lights[0]: faces away from every receiver");
+}
+
+TEST(PlanFrameTest, AnOccluderBesideTheHullNeedsNoMaps) {
+  FlatScene scene = MakeFlatScene({MakePlate({0, 0, 0}, 1, 1), MakeBox({5, 1, 0}, {1, 1, 1})});
+  Pose pose = *BuildPose(scene, 0);
+  pose.instances[0].casts = false;
+  pose.instances[1].receives = false;
+  RenderRequest request = Request();
+  EXPECT_EQ(PlanFrame(scene, pose, request).lights[0].outcome, LightOutcome::kNoMapNeeded);
+  pose.instances[1].world_from_mesh[3].x -= 5;
+  EXPECT_EQ(PlanFrame(scene, pose, request).lights[0].outcome, LightOutcome::kCompute);
+}
+
+TEST(PlanFrameTest, NothingInViewDrawsNothing) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  EXPECT_TRUE(Plan(scene, request).draws_gbuffer);
+  request.camera = LookFrom({3, 3, 3}, {6, 6, 6});
+  EXPECT_FALSE(Plan(scene, request).draws_gbuffer);
+  EXPECT_EQ(Plan(scene, request).gbuffer_reason, "nothing is in view");
+}
+
+// Conservative: wherever a segment from the light to a receiver meets an occluder's box, the skip must not fire.
+TEST(HasNoOccluderTest, NeverSkipsAnOccluderThatASegmentMeets) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto point = [&](double scale) { return glm::dvec3(unit(random), unit(random), unit(random)) * scale; };
+  int skips = 0, met = 0;
+  for (int round = 0; round < 3000; ++round) {
+    AreaLight light = LightAbove(2, 0.2 + std::abs(unit(random)));
+    Box3d receiver, occluder;
+    for (int i = 0; i < 2; ++i) receiver.Add(point(2));
+    const glm::dvec3 at = point(3);
+    for (int i = 0; i < 2; ++i) occluder.Add(at + point(1.5));
+    const bool skips_it = HasNoOccluder(light, {occluder}, {receiver});
+    skips += skips_it;
+    const LightFrame frame = MakeLightFrame(light);
+    bool meets = false;
+    for (int i = 0; i < 300 && !meets; ++i) {
+      const glm::dvec3 to = glm::mix(receiver.min, receiver.max, glm::dvec3(unit(random), unit(random), unit(random)) * 0.5 + 0.5);
+      if (PointToLight(frame, to).z <= 0) continue;
+      const glm::dvec3 from = light.center_ws + light.axis_u_ws * (unit(random) * light.width_m / 2) +
+                              light.axis_v_ws * (unit(random) * light.height_m / 2);
+      const glm::dvec3 p = glm::mix(from, to, std::abs(unit(random)));
+      meets = glm::all(glm::greaterThanEqual(p, occluder.min)) && glm::all(glm::lessThanEqual(p, occluder.max));
+    }
+    met += meets;
+    EXPECT_FALSE(skips_it && meets) << round;
+  }
+  EXPECT_GT(skips, 100);
+  EXPECT_GT(met, 100);
+}
+
+TEST(SeesNoneTest, NeverSkipsABoxWithAPointInView) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const Camera camera = LookFrom({0, 0, 5}, {0, 0, 0});
+  int skips = 0;
+  for (int round = 0; round < 2000; ++round) {
+    Box3d box;
+    for (int i = 0; i < 2; ++i) box.Add(glm::dvec3(unit(random), unit(random), unit(random)) * 8.0);
+    const bool sees_none = SeesNone(camera, 1, {box});
+    skips += sees_none;
+    for (int i = 0; i < 50; ++i) {
+      const glm::dvec3 p = glm::mix(box.min, box.max, glm::dvec3(unit(random), unit(random), unit(random)) * 0.5 + 0.5);
+      const double depth = 5 - p.z;
+      const bool in_view = depth > camera.near_m && std::abs(p.x) < depth * camera.tan_half_fovy && std::abs(p.y) < depth * camera.tan_half_fovy;
+      EXPECT_FALSE(sees_none && in_view);
+    }
+  }
+  EXPECT_GT(skips, 50);
+}
+
+TEST(GroundQuadTest, LiesUnderTheTargetALittleLowerThanTold) {
+  RenderRequest request = Request();
+  request.camera.target_ws = {7, 1, -2};
+  request.ground = Ground{0.5, 10, false};
+  const auto quad = GroundQuad(request);
+  EXPECT_EQ((quad[0] + quad[2]) * 0.5, glm::dvec3(7, 0.5 - 1e-3, -2));
+  EXPECT_EQ(glm::length(quad[1] - quad[0]), 10);
+}
+
+TEST(FramingTest, TheWholeBoxIsInViewAtEveryAspectAndScale) {
+  for (const double aspect : {0.4, 1.0, 1.78, 4.0}) {
+    for (const double scale : {1e-6, 1.0, 1e6}) {
+      Box3d box;
+      box.Add(glm::dvec3(-1, 0, -3) * scale);
+      box.Add(glm::dvec3(2, 5, 1) * scale);
+      const Camera camera = FrameScene(box, aspect);
+      for (int i = 0; i < 8; ++i) {
+        const glm::dvec3 corner(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z);
+        const glm::dvec3 v = corner - camera.eye_ws;
+        const double depth = glm::dot(v, camera.forward_ws);
+        EXPECT_GT(depth, camera.near_m);
+        EXPECT_LT(std::abs(glm::dot(v, camera.right_ws)), depth * camera.tan_half_fovy * aspect);
+        EXPECT_LT(std::abs(glm::dot(v, camera.up_ws)), depth * camera.tan_half_fovy);
+      }
+    }
+  }
+}
+
+TEST(FramingTest, NothingAndAPointGiveSomethingFinite) {
+  Box3d point;
+  point.Add(glm::dvec3(1e6, 0, 0));
+  for (const Box3d& box : {Box3d(), point}) {
+    const Camera camera = FrameScene(box, 1.5);
+    const AreaLight light = SuitingLight(box);
+    EXPECT_TRUE(std::isfinite(glm::length(camera.eye_ws)) && camera.near_m > 0);
+    EXPECT_TRUE(light.width_m > 0 && std::isfinite(glm::length(light.center_ws)));
+    EXPECT_GT(SuitingGround(box).size_m, 0);
+  }
+}
+
+}  // namespace
+}  // namespace halfshade
