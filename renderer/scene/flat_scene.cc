@@ -17,6 +17,9 @@ size_t FlatScene::SizeBytes() const {
                  ArrayBytes(scenes) + ArrayBytes(warnings);
   for (const EncodedImage& image : images) bytes += image.bytes.size() + image.name.size();
   for (const Node& node : nodes) bytes += node.name.size();
+  for (const Material& material : materials) bytes += material.name.size();
+  for (const SceneCamera& camera : cameras) bytes += camera.name.size();
+  for (const SceneRoots& roots : scenes) bytes += roots.name.size() + ArrayBytes(roots.roots);
   for (const std::string& warning : warnings) bytes += warning.size();
   return bytes;
 }

@@ -58,8 +58,8 @@ struct Mesh {
 
 struct Node {
   std::string name;
-  int32_t parent = -1;  // -1: a root; a parent may stand after its child
-  glm::dmat4 local{1};  // column-major; TRS already multiplied
+  int32_t parent = -1;      // -1: a root; a parent may stand after its child
+  glm::dmat4 local{1};      // column-major; TRS already multiplied
   uint32_t first_mesh = 0;  // the glTF mesh's primitives are consecutive in FlatScene::meshes
   uint32_t mesh_count = 0;  // 0: no mesh
   int32_t camera = -1;      // into FlatScene::cameras

@@ -38,8 +38,8 @@ class SceneOnContext {
   SceneOnContext() = default;
   gl::VertexArray vertex_array_;
   gl::Buffer positions_, indices_, triangle_planes_, normals_, texcoords_;
-  std::vector<gl::Texture> textures_;             // one per FlatScene::textures, empty where not used
-  std::vector<int32_t> texture_of_material_;      // -1: none
+  std::vector<gl::Texture> textures_;         // one per FlatScene::textures, empty where not used
+  std::vector<int32_t> texture_of_material_;  // -1: none
   bool has_materials_ = false;
   uint64_t size_bytes_ = 0;
 };

@@ -1,23 +1,17 @@
-// A checked tinygltf model to the flat scene.
+// A validated glTF to the flat scene.
 #pragma once
 
 #include <absl/status/statusor.h>
 
-#include <string>
-#include <vector>
-
 #include "renderer/scene/flat_scene.h"
+#include "renderer/scene_loader/accessor_reader.h"
+#include "renderer/scene_loader/gltf_json.h"
 #include "renderer/scene_loader/scene_loader.h"
-
-namespace tinygltf {
-class Model;
-}
 
 namespace halfshade {
 
-// Requires a model of JSON that ValidateGltf has passed. What only the data tell is checked here: index values, finite
-// positions, triangles and bytes under the limits.
-absl::StatusOr<FlatScene> BuildFlatScene(const tinygltf::Model& model, std::vector<std::string> images,
-                                         std::vector<std::string> warnings, const SceneLoadLimits& limits);
+// Requires what ValidateGltf and CheckSparseIndices have passed; takes the images and warnings of `gltf`. Checked here:
+// index values, finite positions, world coordinates, numbers of triangles, instances and bytes.
+absl::StatusOr<FlatScene> BuildFlatScene(const GltfData& data, const SceneLoadLimits& limits, Gltf* gltf);
 
 }  // namespace halfshade

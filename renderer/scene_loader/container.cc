@@ -1,12 +1,13 @@
 #include "renderer/scene_loader/container.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
 namespace halfshade {
 namespace {
 
-constexpr uint32_t kMagic = 0x46546c67;    // "glTF"
+constexpr uint32_t kMagic = 0x46546c67;  // "glTF"
 constexpr uint32_t kJsonChunk = 0x4e4f534a;
 constexpr uint32_t kBinChunk = 0x004e4942;
 
@@ -16,7 +17,7 @@ uint32_t ReadU32(const std::string& bytes, size_t at) {
   return value;
 }
 
-absl::Status GlbError(const std::string& fault) { return absl::InvalidArgumentError("glb: " + fault); }
+absl::Status GlbError(const std::string& fault) { return absl::InvalidArgumentError("GLB: " + fault); }
 
 absl::StatusOr<GltfContainer> OpenGlb(const std::string& root) {
   if (root.size() < 12) return GlbError("the header is cut off after " + std::to_string(root.size()) + " bytes");
@@ -29,7 +30,7 @@ absl::StatusOr<GltfContainer> OpenGlb(const std::string& root) {
   GltfContainer container;
   container.is_glb = true;
   if (length < root.size()) {
-    container.warning = "glb: " + std::to_string(root.size() - length) + " bytes after the end are ignored";
+    container.trailing_bytes = root.size() - length;
   }
   int chunks = 0;
   for (size_t at = 12; at < length; ++chunks) {
@@ -58,8 +59,11 @@ absl::StatusOr<GltfContainer> OpenGlb(const std::string& root) {
   return container;
 }
 
-absl::Status ScanDepth(const std::string& json, uint32_t max_depth) {
-  uint32_t depth = 0;
+// Each costs a parser some hundred bytes; kMaxElements of glTF hold a few each.
+constexpr uint32_t kMaxContainers = 4 << 20;
+
+absl::Status ScanNesting(const std::string& json, uint32_t max_depth) {
+  uint32_t depth = 0, containers = 0;
   bool in_string = false;
   for (size_t i = 0; i < json.size(); ++i) {
     const char c = json[i];
@@ -69,8 +73,13 @@ absl::Status ScanDepth(const std::string& json, uint32_t max_depth) {
       continue;
     }
     if (c == '"') in_string = true;
-    if ((c == '{' || c == '[') && ++depth > max_depth) {
-      return absl::InvalidArgumentError("JSON: nested deeper than " + std::to_string(max_depth));
+    if (c == '{' || c == '[') {
+      if (++depth > max_depth) {
+        return absl::InvalidArgumentError("JSON: nested deeper than " + std::to_string(max_depth));
+      }
+      if (++containers > kMaxContainers) {
+        return absl::InvalidArgumentError("JSON: over " + std::to_string(kMaxContainers) + " objects and arrays");
+      }
     }
     if ((c == '}' || c == ']') && depth > 0) --depth;
   }
@@ -87,18 +96,21 @@ absl::StatusOr<GltfContainer> OpenContainer(const std::string& root, const Scene
   } else {
     container->json = root;
   }
-  if (container->json.starts_with("\xef\xbb\xbf")) return absl::InvalidArgumentError("JSON: begins with a byte order mark");
+  if (container->json.starts_with("\xef\xbb\xbf"))
+    return absl::InvalidArgumentError("JSON: begins with a byte order mark (BOM)");
   if (container->json.size() > limits.max_json_bytes) {
     return absl::InvalidArgumentError("JSON: " + std::to_string(container->json.size()) + " bytes; at most " +
                                       std::to_string(limits.max_json_bytes));
   }
-  if (const absl::Status status = ScanDepth(container->json, limits.max_json_depth); !status.ok()) return status;
+  if (const absl::Status status = ScanNesting(container->json, limits.max_json_depth); !status.ok()) return status;
   return container;
 }
 
 bool PercentDecode(const std::string& text, std::string* decoded) {
   decoded->clear();
-  const auto digit = [](char c) { return c >= '0' && c <= '9' ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1; };
+  const auto digit = [](char c) {
+    return c >= '0' && c <= '9' ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1;
+  };
   for (size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '%') {
       *decoded += text[i];
@@ -111,9 +123,18 @@ bool PercentDecode(const std::string& text, std::string* decoded) {
   return true;
 }
 
+bool IsDataUri(const std::string& uri) {
+  const std::string scheme = "data:";
+  return uri.size() >= scheme.size() && std::equal(scheme.begin(), scheme.end(), uri.begin(), [](char a, char b) {
+           return a == (b >= 'A' && b <= 'Z' ? b + ('a' - 'A') : b);
+         });
+}
+
 bool DecodeDataUri(const std::string& uri, std::string* bytes) {
   const size_t comma = uri.find(',');
-  if (comma == std::string::npos || !uri.substr(0, comma).ends_with(";base64")) return false;
+  if (comma == std::string::npos) return false;
+  const std::string media_type = uri.substr(0, comma);
+  if (!media_type.ends_with(";base64") || media_type.find(";;") != std::string::npos) return false;
   static const std::array<int8_t, 256> kValues = [] {
     std::array<int8_t, 256> values{};
     values.fill(-1);

@@ -15,8 +15,8 @@
 namespace halfshade {
 
 struct SceneLoadLimits {
-  uint64_t max_scene_bytes = 512ull << 20;    // root + files, and again the flat scene's arrays
-  uint64_t max_triangles = 20'000'000;        // per flat scene, instances not counted
+  uint64_t max_scene_bytes = 512ull << 20;  // root + files; again all accessors; again the flat scene's arrays
+  uint64_t max_triangles = 20'000'000;      // of the meshes; their instances may have five times as many
   uint64_t max_json_bytes = 64ull << 20;
   uint32_t max_json_depth = 64;
   uint64_t max_texture_pixels = 64ull << 20;  // one image, from its header
@@ -26,7 +26,7 @@ struct SceneLoadLimits {
 using FileMap = std::map<std::string, const std::string*>;
 
 // Errors: INVALID_ARGUMENT, the message starting with the JSON pointer of the fault ("/accessors/3/bufferView: 7; the
-// file has 2"), or with "glb:" for the container; UNIMPLEMENTED never: what we do not have is refused by name with
+// file has 2"), or with "GLB:" for the container; UNIMPLEMENTED never: what we do not have is refused by name with
 // INVALID_ARGUMENT ("/extensionsRequired/0: KHR_draco_mesh_compression is not supported").
 absl::StatusOr<FlatScene> LoadGltf(const std::string& root, const FileMap& files, const SceneLoadLimits& limits);
 

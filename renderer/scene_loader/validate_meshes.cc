@@ -1,0 +1,174 @@
+#include <limits>
+
+#include "renderer/scene_loader/validate_gltf.h"
+#include "renderer/scene_loader/validate_parts.h"
+#include "renderer/status.h"
+
+namespace halfshade {
+namespace {
+
+constexpr int64_t kFloat = 5126;
+constexpr int64_t kTriangles = 4;
+
+absl::StatusOr<bool> CheckTextureInfo(const Gltf& gltf, const Place& owner, const char* key) {
+  if (!owner.Has(key)) return false;
+  ASSIGN_OR_RETURN(const Place info, owner.Object(key));
+  RETURN_IF_ERROR(gltf.Follow(info, "index", "textures").status());
+  RETURN_IF_ERROR(info.IntegerOr("texCoord", 0, 1 << 20, 0).status());
+  return true;
+}
+
+absl::Status CheckPbr(const Place& material, Gltf* gltf) {
+  if (!material.Has("pbrMetallicRoughness")) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const Place pbr, material.Object("pbrMetallicRoughness"));
+  RETURN_IF_ERROR(pbr.CheckNumbers("baseColorFactor", 4, 0, 1));
+  RETURN_IF_ERROR(pbr.CheckNumber("metallicFactor", 0, 1));
+  RETURN_IF_ERROR(pbr.CheckNumber("roughnessFactor", 0, 1));
+  ASSIGN_OR_RETURN(const bool has_color, CheckTextureInfo(*gltf, pbr, "baseColorTexture"));
+  if (has_color && pbr.json()["baseColorTexture"].value("texCoord", int64_t(0)) != 0) {
+    gltf->warnings.Add(pbr.Member("baseColorTexture").pointer() + "/texCoord", "only TEXCOORD_0 is used");
+  }
+  ASSIGN_OR_RETURN(const bool has_metal, CheckTextureInfo(*gltf, pbr, "metallicRoughnessTexture"));
+  if (has_metal)
+    gltf->warnings.Add(pbr.Member("metallicRoughnessTexture").pointer(), "metallicRoughnessTexture is not drawn");
+  return absl::OkStatus();
+}
+
+absl::Status CheckMaterial(const Place& material, Gltf* gltf) {
+  RETURN_IF_ERROR(CheckPbr(material, gltf));
+  for (const char* key : {"normalTexture", "occlusionTexture", "emissiveTexture"}) {
+    ASSIGN_OR_RETURN(const bool has_texture, CheckTextureInfo(*gltf, material, key));
+    if (has_texture) gltf->warnings.Add(material.Member(key).pointer(), std::string(key) + " is not drawn");
+  }
+  RETURN_IF_ERROR(material.CheckNumbers("emissiveFactor", 3, 0, 1));
+  if (material.Has("emissiveFactor") && material.json()["emissiveFactor"] != Json({0, 0, 0})) {
+    gltf->warnings.Add(material.Member("emissiveFactor").pointer(), "what emits light does not glow");
+  }
+  RETURN_IF_ERROR(material.CheckFlag("doubleSided"));
+  if (material.Has("alphaMode")) {
+    ASSIGN_OR_RETURN(const std::string mode, material.Text("alphaMode"));
+    if (mode != "OPAQUE" && mode != "MASK" && mode != "BLEND") {
+      return material.FaultAt("alphaMode", Quoted(mode) + "; must be OPAQUE, MASK or BLEND");
+    }
+    if (mode != "OPAQUE") {
+      gltf->warnings.Add(material.Member("alphaMode").pointer(), mode + " is drawn, and occludes, as OPAQUE");
+    }
+  }
+  return material.CheckNumber("alphaCutoff", 0, std::numeric_limits<float>::max());
+}
+
+// The accessor that `attributes` names: its elements are as many as `count`, and aligned as vertices must be.
+absl::StatusOr<Place> CheckAttribute(const Gltf& gltf, const Place& attributes, const std::string& name,
+                                     int64_t count) {
+  ASSIGN_OR_RETURN(const Place accessor, gltf.Follow(attributes, name, "accessors"));
+  const int64_t own_count = accessor.json()["count"].get<int64_t>();
+  if (own_count != count) {
+    return attributes.FaultAt(name, accessor.pointer() + " has a count of " + std::to_string(own_count) +
+                                        "; POSITION has " + std::to_string(count));
+  }
+  if (accessor.json().value("byteOffset", int64_t(0)) % 4 != 0) {
+    return attributes.FaultAt(name, accessor.pointer() + " is not aligned to four bytes");
+  }
+  return accessor;
+}
+
+absl::Status CheckType(const Place& attributes, const std::string& name, const Place& accessor, const char* type,
+                       bool allows_normalized) {
+  const Json& json = accessor.json();
+  if (json["type"] != type) {
+    return attributes.FaultAt(name,
+                              accessor.pointer() + " is " + json["type"].get<std::string>() + "; must be " + type);
+  }
+  const int64_t component = json["componentType"].get<int64_t>();
+  const bool is_normalized = json.value("normalized", false) && (component == 5121 || component == 5123);
+  if (component == kFloat || (allows_normalized && is_normalized)) return absl::OkStatus();
+  return attributes.FaultAt(
+      name, accessor.pointer() + " has componentType " + std::to_string(component) +
+                (allows_normalized ? "; must be float or a normalized unsigned byte or short" : "; must be float"));
+}
+
+absl::Status CheckTargets(const Place& primitive, int64_t count, Gltf* gltf) {
+  if (!primitive.Has("targets")) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const Place targets, primitive.Array("targets"));
+  for (size_t i = 0; i < targets.size(); ++i) {
+    const Place target = targets.Element(i);
+    if (!target.json().is_object()) return target.Fault("must be an object");
+    for (const auto& [name, index] : target.json().items()) {
+      RETURN_IF_ERROR(CheckAttribute(*gltf, target, name, count).status());
+    }
+  }
+  gltf->warnings.Add(targets.pointer(), "morph targets are not applied");
+  return absl::OkStatus();
+}
+
+absl::Status CheckIndices(const Place& primitive, int64_t mode, Gltf* gltf) {
+  if (!primitive.Has("indices")) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const Place accessor, gltf->Follow(primitive, "indices", "accessors"));
+  const int64_t component = accessor.json()["componentType"].get<int64_t>();
+  if (accessor.json()["type"] != "SCALAR" || (component != 5121 && component != 5123 && component != 5125)) {
+    return primitive.FaultAt("indices", accessor.pointer() + " must be SCALAR of unsigned integers");
+  }
+  // tinygltf asks so too.
+  if (!accessor.Has("bufferView")) return primitive.FaultAt("indices", accessor.pointer() + " has no bufferView");
+  const int64_t count = accessor.json()["count"].get<int64_t>();
+  if (mode == kTriangles && count % 3 != 0) {
+    gltf->warnings.Add(primitive.Member("indices").pointer(),
+                       std::to_string(count) + " indices; triangles take three each, what is left over is not drawn");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckPrimitive(const Place& primitive, Gltf* gltf) {
+  if (!primitive.json().is_object()) return primitive.Fault("must be an object");
+  ASSIGN_OR_RETURN(const Place attributes, primitive.Object("attributes"));
+  for (const auto& [name, index] : attributes.json().items()) {
+    RETURN_IF_ERROR(gltf->Follow(attributes, name, "accessors").status());
+  }
+  RETURN_IF_ERROR(gltf->CheckOptionalIndex(primitive, "material", "materials"));
+  ASSIGN_OR_RETURN(const int64_t mode, primitive.IntegerOr("mode", 0, 6, kTriangles));
+  if (mode < kTriangles) gltf->warnings.Add(primitive.pointer() + "/mode", "points and lines are not drawn");
+  RETURN_IF_ERROR(CheckIndices(primitive, mode, gltf));
+  if (!attributes.Has("POSITION")) {
+    gltf->warnings.Add(attributes.pointer(), "without POSITION nothing is drawn");
+    return absl::OkStatus();
+  }
+  ASSIGN_OR_RETURN(const Place position, gltf->Follow(attributes, "POSITION", "accessors"));
+  const int64_t count = position.json()["count"].get<int64_t>();
+  for (const auto& [name, index] : attributes.json().items()) {
+    ASSIGN_OR_RETURN(const Place accessor, CheckAttribute(*gltf, attributes, name, count));
+    if (name == "POSITION" || name == "NORMAL") {
+      RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC3", false));
+    } else if (name == "TEXCOORD_0") {
+      RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC2", true));
+    } else if (name.starts_with("JOINTS_")) {
+      const int64_t component = accessor.json()["componentType"].get<int64_t>();
+      if (accessor.json()["type"] != "VEC4" || (component != 5121 && component != 5123)) {
+        return attributes.FaultAt(name, accessor.pointer() + " must be VEC4 of unsigned bytes or shorts");
+      }
+    } else if (name == "COLOR_0") {
+      gltf->warnings.Add(attributes.Member(name).pointer(), "colours of vertices are not drawn");
+    }
+  }
+  return CheckTargets(primitive, count, gltf);
+}
+
+}  // namespace
+
+absl::Status ValidateMeshes(Gltf* gltf) {
+  for (size_t i = 0; i < gltf->Count("materials"); ++i) {
+    RETURN_IF_ERROR(CheckMaterial(gltf->At("materials", i), gltf));
+  }
+  size_t total = 0;
+  for (size_t i = 0; i < gltf->Count("meshes"); ++i) {
+    ASSIGN_OR_RETURN(const Place primitives, gltf->At("meshes", i).Array("primitives"));
+    if (primitives.size() == 0) return primitives.Fault("must not be empty");
+    total += primitives.size();
+    if (total > kMaxElements) {
+      return primitives.Fault("the file has over " + std::to_string(kMaxElements) + " primitives, the limit");
+    }
+    for (size_t k = 0; k < primitives.size(); ++k) RETURN_IF_ERROR(CheckPrimitive(primitives.Element(k), gltf));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace halfshade

@@ -1,0 +1,28 @@
+// The parts of validate_gltf, in the order in which they run: each trusts what the parts before it have checked.
+#pragma once
+
+#include <absl/status/status.h>
+
+#include "renderer/scene_loader/container.h"
+#include "renderer/scene_loader/gltf_json.h"
+#include "renderer/scene_loader/scene_loader.h"
+
+namespace halfshade {
+
+// Buffers' lengths, buffer views, accessors, samplers, textures.
+absl::Status ValidateData(const SceneLoadLimits& limits, Gltf* gltf);
+// Materials, meshes.
+absl::Status ValidateMeshes(Gltf* gltf);
+// Cameras, nodes, scenes, skins, animations.
+absl::Status ValidateNodes(Gltf* gltf);
+// Finds the bytes of buffers and images: in data URIs, in the file map, in the BIN chunk. Nowhere else.
+absl::Status ResolveBytes(const GltfContainer& container, const FileMap& files, Gltf* gltf);
+
+// Bytes of one component: 1, 2 or 4; 0 for an unknown componentType.
+int ComponentBytes(int64_t component_type);
+// Bytes that one element covers, and from one element to the next where nothing else is said: columns of matrices start
+// at multiples of four. 0 for an unknown type.
+int ElementBytes(const std::string& type, int64_t component_type);
+int PackedStride(const std::string& type, int64_t component_type);
+
+}  // namespace halfshade

@@ -1,0 +1,60 @@
+#include "renderer/scene/flat_scene.h"
+
+#include <gtest/gtest.h>
+
+namespace halfshade {
+namespace {
+
+TEST(BoxTest, IsEmptyUntilSomethingIsAdded) {
+  Box3d box;
+  EXPECT_TRUE(box.IsEmpty());
+  EXPECT_EQ(box.Extent(), glm::dvec3(0));
+  box.Add({1, 2, 3});
+  EXPECT_FALSE(box.IsEmpty());
+  box.Add({3, 2, 1});
+  EXPECT_EQ(box.Center(), glm::dvec3(2));
+  EXPECT_EQ(box.Extent(), glm::dvec3(2, 0, 2));
+}
+
+TEST(FlatSceneTest, SizeBytesGrowsWithEveryArray) {
+  FlatScene scene;
+  size_t bytes = scene.SizeBytes();
+  const auto grew_by = [&] {
+    const size_t before = bytes;
+    bytes = scene.SizeBytes();
+    return bytes - before;
+  };
+  scene.positions.resize(10);
+  EXPECT_EQ(grew_by(), 120u);
+  scene.normals.resize(10);
+  EXPECT_EQ(grew_by(), 120u);
+  scene.texcoords.resize(10);
+  EXPECT_EQ(grew_by(), 80u);
+  scene.indices.resize(10);
+  EXPECT_EQ(grew_by(), 40u);
+  scene.meshes.resize(1);
+  EXPECT_EQ(grew_by(), sizeof(Mesh));
+  scene.clusters.resize(1);
+  EXPECT_EQ(grew_by(), sizeof(Cluster));
+  scene.nodes.resize(1);
+  EXPECT_EQ(grew_by(), sizeof(Node));
+  scene.nodes[0].name = std::string(1000, 'x');
+  EXPECT_GE(grew_by(), 1000u);
+  scene.materials.resize(1);
+  scene.materials[0].name = std::string(1000, 'x');
+  EXPECT_GE(grew_by(), sizeof(Material) + 1000);
+  scene.images.resize(1);
+  scene.images[0].bytes = std::string(1000, 'x');
+  EXPECT_GE(grew_by(), sizeof(EncodedImage) + 1000);
+  scene.scenes.resize(1);
+  scene.scenes[0].roots.resize(1000);
+  EXPECT_GE(grew_by(), sizeof(SceneRoots) + 4000);
+  scene.cameras.resize(1);
+  scene.cameras[0].name = std::string(1000, 'x');
+  EXPECT_GE(grew_by(), sizeof(SceneCamera) + 1000);
+  scene.warnings.push_back(std::string(1000, 'x'));
+  EXPECT_GE(grew_by(), 1000u);
+}
+
+}  // namespace
+}  // namespace halfshade
