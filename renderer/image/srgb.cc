@@ -19,7 +19,8 @@ float SrgbToLinear(float encoded) {
 }
 
 uint8_t LinearToSrgb8(float linear) {
-  // The linear value at which each code begins: a search of eight steps instead of a power for each of a frame's values.
+  // The linear value at which each code begins: a search of eight steps instead of a power for each of a frame's
+  // values.
   static const std::array<float, 256> kBegins = [] {
     std::array<float, 256> begins{};
     for (int code = 1; code < 256; ++code) begins[code] = SrgbToLinear((float(code) - 0.5f) / 255);

@@ -20,13 +20,11 @@ absl::StatusOr<Camera> MakeLookAtCamera(const glm::dvec3& eye_ws, const glm::dve
   return camera;
 }
 
-Camera CameraFromNode(const glm::dmat4& world_from_node, double target_distance_m) {
-  Camera camera;
-  camera.eye_ws = glm::dvec3(world_from_node[3]);
-  camera.forward_ws = -glm::normalize(glm::dvec3(world_from_node[2]));
-  camera.right_ws = glm::normalize(glm::cross(camera.forward_ws, glm::dvec3(world_from_node[1])));
-  camera.up_ws = glm::cross(camera.right_ws, camera.forward_ws);
-  camera.target_ws = camera.eye_ws + camera.forward_ws * target_distance_m;
+absl::StatusOr<Camera> CameraFromNode(const glm::dmat4& world_from_node, double target_distance_m) {
+  auto camera = MakeLookAtCamera({0, 0, 0}, -glm::dvec3(world_from_node[2]), glm::dvec3(world_from_node[1]));
+  if (!camera.ok()) return absl::InvalidArgumentError("the node's matrix leaves the camera no axes");
+  camera->eye_ws = glm::dvec3(world_from_node[3]);
+  camera->target_ws = camera->eye_ws + camera->forward_ws * target_distance_m;
   return camera;
 }
 

@@ -1,5 +1,5 @@
-// Cameras: from points, from glTF nodes, to projection matrices. Reversed depth: 1 at the near plane, 0 at infinity (GL's
-// zero-to-one clip control).
+// Cameras: from points, from glTF nodes, to projection matrices. Reversed depth: 1 at the near plane, 0 at infinity
+// (GL's zero-to-one clip control).
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -10,15 +10,14 @@
 
 namespace halfshade {
 
-// A camera at eye that looks at target; the extent (tan_half_fovy or ortho_height_m) and the planes are left as they are
-// in Camera{}. INVALID_ARGUMENT if eye and target coincide or up is along the view: the message names the field
+// A camera at eye that looks at target; the extent (tan_half_fovy or ortho_height_m) and the planes are left as they
+// are in Camera{}. INVALID_ARGUMENT if eye and target coincide or up is along the view: the message names the field
 // ("target: ...", "up: ...").
-absl::StatusOr<Camera> MakeLookAtCamera(const glm::dvec3& eye_ws, const glm::dvec3& target_ws,
-                                        const glm::dvec3& up_ws);
+absl::StatusOr<Camera> MakeLookAtCamera(const glm::dvec3& eye_ws, const glm::dvec3& target_ws, const glm::dvec3& up_ws);
 
 // A glTF camera looks along its node's -z with +y up; scale in the node is ignored. target_ws is the point at
-// target_distance_m ahead.
-Camera CameraFromNode(const glm::dmat4& world_from_node, double target_distance_m);
+// target_distance_m ahead. INVALID_ARGUMENT where a scale of 0 leaves it no axes.
+absl::StatusOr<Camera> CameraFromNode(const glm::dmat4& world_from_node, double target_distance_m);
 
 // View space: x right, y up, -z forward. aspect = width / height.
 glm::dmat4 ClipFromView(const Camera& camera, double aspect);

@@ -45,12 +45,14 @@ bool HasNoPower(const AreaLight& light) {
 }
 
 bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers) {
+  if (light.is_two_sided) return false;
   const LightFrame frame = MakeLightFrame(light);
   return std::all_of(receivers.begin(), receivers.end(),
                      [&](const Box3d& box) { return InLightFrame(frame, box).max.z <= 0; });
 }
 
 bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers) {
+  if (light.is_two_sided) return false;
   const LightFrame frame = MakeLightFrame(light);
   const glm::dvec2 half(light.width_m / 2, light.height_m / 2);
   Box3d all_receivers;
@@ -82,7 +84,7 @@ bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& box
     all_beyond.fill(true);
     for (const glm::dvec3& corner : Corners(box)) {
       const glm::dvec4 p = clip_from_camera * glm::dvec4(corner - camera.eye_ws, 1);
-      const bool beyond[6] = {p.x < -p.w, p.x > p.w, p.y < -p.w, p.y > p.w, p.z > p.w, p.z < 0};
+      const bool beyond[6] = {p.x<-p.w, p.x> p.w, p.y<-p.w, p.y> p.w, p.z > p.w, p.z < 0};
       for (int i = 0; i < 6; ++i) all_beyond[i] = all_beyond[i] && beyond[i];
     }
     return std::find(all_beyond.begin(), all_beyond.end(), true) != all_beyond.end();

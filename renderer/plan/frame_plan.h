@@ -37,10 +37,10 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
 
 // The light emits nothing: radiance zero (rectangle), intensity zero (line, point).
 bool HasNoPower(const AreaLight& light);
-// Every receiver's box stands at or behind the light's plane: nothing is lit, whatever occludes.
+// Every receiver's box stands at or behind the plane of a one-sided light: nothing is lit, whatever occludes.
 bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers);
-// No casting box reaches into the hull of the light and the receivers' boxes, tested by the separating planes of boxes and
-// hull along the light's axes: false when in doubt.
+// No casting box reaches into the hull of the light and the receivers' boxes, tested by the separating planes of boxes
+// and hull along the light's axes: false when in doubt, and for a two-sided light.
 bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers);
 // No box reaches into the camera's view.
 bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& boxes);
@@ -48,8 +48,8 @@ bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& box
 // World box of one mesh at one place: of its bounds' transformed corners, so it may be larger than the mesh.
 Box3d WorldBox(const FlatScene& scene, const Instance& instance);
 
-// Corners of the request's ground: a square centred under the camera's target, 1e-4 of its size lower than told so that flat
-// bases don't fight with it. Counter-clockwise seen from above. Requires request.ground.
+// Corners of the request's ground: a square centred under the camera's target, 1e-4 of its size lower than told so that
+// flat bases don't fight with it. Counter-clockwise seen from above. Requires request.ground.
 std::array<glm::dvec3, 4> GroundQuad(const RenderRequest& request);
 
 }  // namespace halfshade

@@ -1,4 +1,5 @@
-// A camera, a light and a ground for a scene that comes without: what `halfshade render scene.glb` shows at the first try.
+// A camera, a light and a ground for a scene that comes without: what `halfshade render scene.glb` shows at the first
+// try.
 #pragma once
 
 #include "renderer/request.h"
@@ -10,8 +11,8 @@ namespace halfshade {
 // box at the origin, a point as a small one.
 Camera FrameScene(const Box3d& bounds_ws, double aspect);
 
-// A square light above the left front, .4 of the box's diagonal wide, at 1.6 diagonals from its centre. Its irradiance at the
-// box is the same whatever the size of the scene.
+// A square light above the left front, .4 of the box's diagonal wide, at 1.6 diagonals from its centre. Its irradiance
+// at the box is the same whatever the size of the scene.
 AreaLight SuitingLight(const Box3d& bounds_ws);
 
 // A ground under the box, six diagonals wide.

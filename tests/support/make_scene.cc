@@ -1,10 +1,10 @@
-// make_scene NAME OUT.glb [--view OUT.json]: writes a scene made by rule, and a view file that shows it.
-#include <algorithm>
+// make_scene NAME OUT.glb [--view OUT.json] [--triangles N] [--seed S] [--light SHARE]: writes a scene made by rule,
+// and a view file that shows it.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <vector>
 
 #include "tests/support/scene_makers.h"
 
@@ -21,25 +21,27 @@ bool WriteFile(const std::string& path, const std::string& bytes) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::vector<std::string> names = halfshade::SceneNames();
-  std::vector<std::string> plain;
-  std::string view;
-  for (int i = 1; i < argc; ++i) {
-    if (std::string(argv[i]) == "--view" && i + 1 < argc) {
-      view = argv[++i];
-    } else {
-      plain.emplace_back(argv[i]);
+  CLI::App app("Writes a scene made by rule.", "make_scene");
+  std::string name, out, view;
+  halfshade::SceneOptions options;
+  app.add_option("NAME", name)->required()->check(CLI::IsMember(halfshade::SceneNames()));
+  app.add_option("OUT.glb", out)->required();
+  app.add_option("--view", view, "also write a view file that shows the scene");
+  CLI::Option* triangles =
+      app.add_option("--triangles", options.triangles, "about so many; S1 to S7")->check(CLI::Range(2u, 20'000'000u));
+  app.add_option("--seed", options.seed, "of what is random: S5, S6, S7, plant");
+  app.add_option("--light", options.light_share, "edge of the light over the scene's longest edge")
+      ->check(CLI::Range(1e-6, 100.0));
+  try {
+    app.parse(argc, argv);
+    if (triangles->count() > 0 && name.front() != 'S') {
+      throw CLI::ValidationError("--triangles", name + " has a fixed number of triangles");
     }
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 64;
   }
-  const bool is_known = !plain.empty() && std::find(names.begin(), names.end(), plain[0]) != names.end();
-  if (plain.size() != 2 || !is_known) {
-    std::fprintf(stderr, "usage: make_scene NAME OUT.glb [--view OUT.json]\nNAME:");
-    for (const std::string& name : names) std::fprintf(stderr, " %s", name.c_str());
-    std::fprintf(stderr, "\n");
-    return 64;
-  }
-  const halfshade::MadeScene scene = halfshade::MakeScene(plain[0]);
-  if (!WriteFile(plain[1], halfshade::WriteGlb(scene.meshes))) return 74;
-  if (!view.empty() && !WriteFile(view, halfshade::ViewFileText(scene, std::filesystem::absolute(plain[1])))) return 74;
+  const halfshade::MadeScene scene = halfshade::MakeScene(name, options);
+  if (!WriteFile(out, halfshade::WriteGlb(scene.meshes))) return 74;
+  if (!view.empty() && !WriteFile(view, halfshade::ViewFileText(scene, std::filesystem::absolute(out)))) return 74;
   return 0;
 }

@@ -1,9 +1,13 @@
 #include "tests/support/scene_makers.h"
 
-#include <cassert>
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
+
+#include "renderer/math/camera.h"
+#include "tests/support/mesh_parts.h"
+#include "tests/support/scene_classes.h"
 
 namespace halfshade {
 namespace {
@@ -11,61 +15,6 @@ namespace {
 constexpr double kGoldenAngle = 2.399963229728653;
 
 glm::vec4 Gray(float value) { return {value, value, value, 1}; }
-
-// A grid of (columns + 1) x (rows + 1) points, given by a function of (s, t) in [0,1]^2, with smooth normals by differences.
-template <typename Surface>
-void AddGrid(GlbMesh& mesh, int columns, int rows, Surface surface) {
-  const uint32_t first = uint32_t(mesh.positions.size());
-  constexpr double kStep = 1e-4;
-  for (int row = 0; row <= rows; ++row) {
-    for (int column = 0; column <= columns; ++column) {
-      const double s = double(column) / columns, t = double(row) / rows;
-      const glm::dvec3 ds = surface(s + kStep, t) - surface(s - kStep, t);
-      const glm::dvec3 dt = surface(s, t + kStep) - surface(s, t - kStep);
-      const glm::dvec3 normal = glm::cross(ds, dt);
-      mesh.positions.emplace_back(surface(s, t));
-      mesh.normals.emplace_back(glm::length(normal) > 0 ? glm::normalize(normal) : glm::dvec3(0, 1, 0));
-    }
-  }
-  const uint32_t stride = uint32_t(columns) + 1;
-  for (uint32_t row = 0; row < uint32_t(rows); ++row) {
-    for (uint32_t column = 0; column < uint32_t(columns); ++column) {
-      const uint32_t a = first + row * stride + column;
-      for (const uint32_t i : {a, a + 1, a + stride + 1, a, a + stride + 1, a + stride}) mesh.indices.push_back(i);
-    }
-  }
-}
-
-// A surface of revolution around the vertical through `base`; `profile`: (radius, height) for t in [0,1], upward.
-template <typename Profile>
-void AddRevolution(GlbMesh& mesh, const glm::dvec3& base, int segments, int rows, Profile profile) {
-  AddGrid(mesh, segments, rows, [&](double s, double t) {
-    const glm::dvec2 p = profile(t);
-    const double angle = -2 * M_PI * s;
-    return base + glm::dvec3(p.x * std::cos(angle), p.y, p.x * std::sin(angle));
-  });
-}
-
-void AddBox(GlbMesh& mesh, const glm::dvec3& low, const glm::dvec3& high) {
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const bool is_high : {false, true}) {
-      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-      const uint32_t first = uint32_t(mesh.positions.size());
-      for (int corner = 0; corner < 4; ++corner) {
-        glm::dvec3 p = low;
-        p[axis] = is_high ? high[axis] : low[axis];
-        p[u] = (corner == 1 || corner == 2) ? high[u] : low[u];
-        p[v] = corner >= 2 ? high[v] : low[v];
-        glm::dvec3 normal(0);
-        normal[axis] = is_high ? 1 : -1;
-        mesh.positions.emplace_back(p);
-        mesh.normals.emplace_back(normal);
-      }
-      const uint32_t order[2][6] = {{0, 2, 1, 0, 3, 2}, {0, 1, 2, 0, 2, 3}};
-      for (const uint32_t i : order[is_high ? 1 : 0]) mesh.indices.push_back(first + i);
-    }
-  }
-}
 
 // A leaf on its stem: both bend under their weight.
 void AddLeaf(GlbMesh& leaves, GlbMesh& stems, double angle, double rise, double reach, double width) {
@@ -89,7 +38,7 @@ void AddLeaf(GlbMesh& leaves, GlbMesh& stems, double angle, double rise, double 
   });
 }
 
-MadeScene MakePlant() {
+MadeScene MakePlant(uint32_t seed) {
   GlbMesh pot, soil, leaves, stems;
   pot.name = "pot";
   pot.base_color = {0.55f, 0.24f, 0.14f, 1};
@@ -107,7 +56,7 @@ MadeScene MakePlant() {
   stems.name = "stems";
   stems.base_color = {0.25f, 0.35f, 0.12f, 1};
   stems.is_double_sided = true;
-  std::mt19937 random(11);
+  std::mt19937 random(11 + seed);
   const auto unit = [&random] { return double(random() >> 8) / double(1 << 24); };
   for (int i = 0; i < 26; ++i) {
     const double up = 1 - i / 26.0;
@@ -168,22 +117,58 @@ MadeScene MakeColonnade() {
 
 }  // namespace
 
-std::vector<std::string> SceneNames() { return {"plant", "colonnade"}; }
+std::vector<std::string> SceneNames() {
+  std::vector<std::string> names = SceneClassNames();
+  names.insert(names.end(), {"plant", "colonnade"});
+  return names;
+}
 
-MadeScene MakeScene(const std::string& name) {
-  assert(name == "plant" || name == "colonnade");
-  return name == "plant" ? MakePlant() : MakeColonnade();
+MadeScene MakeScene(const std::string& name, const SceneOptions& options) {
+  MadeScene scene = name == "plant"       ? MakePlant(options.seed)
+                    : name == "colonnade" ? MakeColonnade()
+                                          : MakeSceneClass(name, options.triangles, options.seed);
+  if (options.light_share > 0) scene.light_edge_m = options.light_share * OccluderExtent(scene);
+  return scene;
+}
+
+double OccluderExtent(const MadeScene& scene) {
+  Box3d bounds;
+  for (const GlbMesh& mesh : scene.meshes) {
+    for (const glm::vec3& p : mesh.positions) bounds.Add(p);
+  }
+  const glm::dvec3 extent = bounds.Extent();
+  return std::max({extent.x, extent.y, extent.z});
+}
+
+RenderRequest RequestFor(const MadeScene& scene) {
+  RenderRequest request;
+  request.camera = *MakeLookAtCamera(scene.eye, scene.target, {0, 1, 0});
+  request.camera.tan_half_fovy = std::tan(scene.fovy_deg * M_PI / 360);
+  request.camera.near_m = 1e-2 * glm::distance(scene.eye, scene.target);
+  request.ground = Ground{scene.ground_height_m, scene.ground_size_m, false};
+  AreaLight light;
+  const glm::dvec3 view = scene.light_target - scene.light_center;
+  light.center_ws = scene.light_center;
+  light.normal_ws = glm::normalize(view);
+  const glm::dvec3 across = glm::cross(glm::dvec3(0, 1, 0), light.normal_ws);
+  light.axis_u_ws = glm::length(across) > 1e-6 ? glm::normalize(across) : glm::dvec3(1, 0, 0);
+  light.axis_v_ws = glm::cross(light.normal_ws, light.axis_u_ws);
+  light.width_m = light.height_m = scene.light_edge_m;
+  // A white surface at the light's target that faces it reflects about 1.
+  light.radiance = glm::vec3(float(M_PI * glm::dot(view, view) / (scene.light_edge_m * scene.light_edge_m)));
+  request.lights = {light};
+  return request;
 }
 
 std::string ViewFileText(const MadeScene& scene, const std::string& scene_path) {
   const auto list = [](const glm::dvec3& v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
-  const glm::dvec3 normal = glm::normalize(scene.light_target - scene.light_center);
-  const glm::dvec3 u = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), normal));
+  const AreaLight light = RequestFor(scene).lights[0];
   nlohmann::ordered_json view;
   view["scene"] = scene_path;
-  view["camera"] = {{"eye", list(scene.eye)}, {"target", list(scene.target)}, {"up", {0, 1, 0}}, {"fovy_deg", scene.fovy_deg}};
-  view["light"] = {{"center", list(scene.light_center)}, {"normal", list(normal)}, {"u", list(u)},
-                   {"v", list(glm::cross(normal, u))}, {"width", scene.light_edge_m}, {"height", scene.light_edge_m}};
+  view["camera"] = {
+      {"eye", list(scene.eye)}, {"target", list(scene.target)}, {"up", {0, 1, 0}}, {"fovy_deg", scene.fovy_deg}};
+  view["light"] = {{"center", list(light.center_ws)}, {"normal", list(light.normal_ws)}, {"u", list(light.axis_u_ws)},
+                   {"v", list(light.axis_v_ws)},      {"width", light.width_m},          {"height", light.height_m}};
   view["ground"] = {{"y", scene.ground_height_m}, {"size", scene.ground_size_m}, {"add", true}};
   return view.dump(1) + "\n";
 }

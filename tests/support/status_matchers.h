@@ -23,8 +23,7 @@ MATCHER(IsOk, "is OK") {
 // StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("width"))
 MATCHER_P2(StatusIs, code, message_matcher, "") {
   *result_listener << GetStatus(arg).ToString();
-  return GetStatus(arg).code() == code &&
-         testing::Matches(message_matcher)(std::string(GetStatus(arg).message()));
+  return GetStatus(arg).code() == code && testing::Matches(message_matcher)(std::string(GetStatus(arg).message()));
 }
 
 }  // namespace halfshade

@@ -90,7 +90,8 @@ TEST(HasNoOccluderTest, NeverSkipsAnOccluderThatASegmentMeets) {
     const LightFrame frame = MakeLightFrame(light);
     bool meets = false;
     for (int i = 0; i < 300 && !meets; ++i) {
-      const glm::dvec3 to = glm::mix(receiver.min, receiver.max, glm::dvec3(unit(random), unit(random), unit(random)) * 0.5 + 0.5);
+      const glm::dvec3 to =
+          glm::mix(receiver.min, receiver.max, glm::dvec3(unit(random), unit(random), unit(random)) * 0.5 + 0.5);
       if (PointToLight(frame, to).z <= 0) continue;
       const glm::dvec3 from = light.center_ws + light.axis_u_ws * (unit(random) * light.width_m / 2) +
                               light.axis_v_ws * (unit(random) * light.height_m / 2);
@@ -117,7 +118,8 @@ TEST(SeesNoneTest, NeverSkipsABoxWithAPointInView) {
     for (int i = 0; i < 50; ++i) {
       const glm::dvec3 p = glm::mix(box.min, box.max, glm::dvec3(unit(random), unit(random), unit(random)) * 0.5 + 0.5);
       const double depth = 5 - p.z;
-      const bool in_view = depth > camera.near_m && std::abs(p.x) < depth * camera.tan_half_fovy && std::abs(p.y) < depth * camera.tan_half_fovy;
+      const bool in_view = depth > camera.near_m && std::abs(p.x) < depth * camera.tan_half_fovy &&
+                           std::abs(p.y) < depth * camera.tan_half_fovy;
       EXPECT_FALSE(sees_none && in_view);
     }
   }
@@ -141,7 +143,8 @@ TEST(FramingTest, TheWholeBoxIsInViewAtEveryAspectAndScale) {
       box.Add(glm::dvec3(2, 5, 1) * scale);
       const Camera camera = FrameScene(box, aspect);
       for (int i = 0; i < 8; ++i) {
-        const glm::dvec3 corner(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z);
+        const glm::dvec3 corner(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                i & 4 ? box.max.z : box.min.z);
         const glm::dvec3 v = corner - camera.eye_ws;
         const double depth = glm::dot(v, camera.forward_ws);
         EXPECT_GT(depth, camera.near_m);

@@ -1,0 +1,130 @@
+// The skips must be proofs for every light: turned, far off, long and thin, a line, a point.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "renderer/math/light_frame.h"
+#include "renderer/plan/frame_plan.h"
+
+namespace halfshade {
+namespace {
+
+class SkipPredicateTest : public testing::Test {
+ protected:
+  double Between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  glm::dvec3 Point(double reach) { return {Between(-reach, reach), Between(-reach, reach), Between(-reach, reach)}; }
+
+  AreaLight Light(double reach) {
+    AreaLight light;
+    light.center_ws = Point(reach);
+    light.normal_ws = glm::normalize(Point(1));
+    light.axis_u_ws = glm::normalize(glm::cross(light.normal_ws, Point(1)));
+    light.axis_v_ws = glm::cross(light.normal_ws, light.axis_u_ws);
+    const int shape = std::uniform_int_distribution<int>(0, 3)(random_);
+    light.width_m = shape == 0 ? 0 : std::exp(Between(-6, 1));
+    light.height_m = shape <= 1 ? 0 : std::exp(Between(-6, 1));
+    return light;
+  }
+
+  Box3d BoxAround(const glm::dvec3& middle, double reach) {
+    Box3d box;
+    box.Add(middle + Point(reach));
+    box.Add(middle + Point(reach));
+    return box;
+  }
+
+  glm::dvec3 PointIn(const Box3d& box) {
+    return glm::mix(box.min, box.max, glm::dvec3(Between(0, 1), Between(0, 1), Between(0, 1)));
+  }
+
+  glm::dvec3 PointOn(const AreaLight& light) {
+    return light.center_ws + light.axis_u_ws * (light.width_m * Between(-0.5, 0.5)) +
+           light.axis_v_ws * (light.height_m * Between(-0.5, 0.5));
+  }
+
+ private:
+  std::mt19937 random_{29};
+};
+
+// Does the open segment meet the box? Slabs, exactly.
+bool Meets(const glm::dvec3& from, const glm::dvec3& to, const Box3d& box) {
+  double begin = 0, end = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double along = to[axis] - from[axis];
+    double enter = (box.min[axis] - from[axis]) / along;
+    double leave = (box.max[axis] - from[axis]) / along;
+    if (enter > leave) std::swap(enter, leave);
+    begin = std::max(begin, enter);
+    end = std::min(end, leave);
+  }
+  return begin < end;
+}
+
+TEST_F(SkipPredicateTest, NoOccluderIsNeverSaidWhereASegmentMeetsOne) {
+  int skips = 0, met = 0;
+  for (int round = 0; round < 20000; ++round) {
+    const AreaLight light = Light(3);
+    const std::vector<Box3d> receivers = {BoxAround(Point(2), 1), BoxAround(Point(2), 1)};
+    // Close to a segment, so that about as many stand in the way as beside it.
+    const glm::dvec3 on_segment = glm::mix(PointOn(light), PointIn(receivers[0]), Between(0, 1.2));
+    const std::vector<Box3d> occluders = {BoxAround(on_segment + Point(1), 0.7)};
+    const bool is_skipped = HasNoOccluder(light, occluders, receivers);
+    bool is_met = false;
+    for (int i = 0; i < 64 && !is_met; ++i) {
+      const glm::dvec3 to = PointIn(receivers[size_t(i % 2)]);
+      if (PointToLight(MakeLightFrame(light), to).z <= 0) continue;
+      is_met = Meets(PointOn(light), to, occluders[0]);
+    }
+    skips += is_skipped;
+    met += is_met;
+    ASSERT_FALSE(is_skipped && is_met) << round;
+  }
+  EXPECT_GT(skips, 2000) << "the skip must fire often enough to be tested";
+  EXPECT_GT(met, 2000);
+}
+
+TEST_F(SkipPredicateTest, FacingAwayIsNeverSaidWhereAReceiverStandsInFront) {
+  int skips = 0;
+  for (int round = 0; round < 20000; ++round) {
+    const AreaLight light = Light(3);
+    const Box3d receiver = BoxAround(Point(2), 1);
+    if (!FacesAway(light, {receiver})) continue;
+    ++skips;
+    for (int i = 0; i < 16; ++i) ASSERT_LE(PointToLight(MakeLightFrame(light), PointIn(receiver)).z, 0) << round;
+  }
+  EXPECT_GT(skips, 2000);
+}
+
+TEST(TwoSidedLightTest, LightsWhatStandsBehindItSoNothingIsProved) {
+  AreaLight light;  // at the origin, toward +z
+  light.width_m = light.height_m = 1;
+  Box3d receiver, occluder;
+  for (const double edge : {-0.5, 0.5}) {
+    receiver.Add({edge, edge, -5 + edge});
+    occluder.Add({edge, edge, -2 + edge});
+  }
+  EXPECT_TRUE(FacesAway(light, {receiver}));
+  EXPECT_TRUE(HasNoOccluder(light, {occluder}, {receiver}));
+  light.is_two_sided = true;
+  EXPECT_FALSE(FacesAway(light, {receiver}));
+  EXPECT_FALSE(HasNoOccluder(light, {occluder}, {receiver}));
+}
+
+TEST(NoPowerTest, AsksRadianceOfRectanglesAndIntensityOfLinesAndPoints) {
+  AreaLight light;
+  light.radiance = glm::vec3(0, 0, 1);
+  EXPECT_TRUE(HasNoPower(light)) << "a point";
+  light.width_m = 1;
+  EXPECT_TRUE(HasNoPower(light)) << "a line";
+  light.height_m = 1;
+  EXPECT_FALSE(HasNoPower(light));
+  light.radiance = glm::vec3(0);
+  light.intensity = glm::vec3(1);
+  EXPECT_TRUE(HasNoPower(light));
+  light.height_m = 0;
+  EXPECT_FALSE(HasNoPower(light));
+}
+
+}  // namespace
+}  // namespace halfshade
