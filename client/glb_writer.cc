@@ -34,27 +34,30 @@ class Writer {
     const int indices = AddAccessor(mesh.indices, "SCALAR", kUnsignedInt, mesh.indices.size());
     const size_t number = json_["nodes"].size();
     const glm::vec4& color = mesh.base_color;
-    json_["materials"].push_back({{"pbrMetallicRoughness",
-                                   {{"baseColorFactor", {color.r, color.g, color.b, color.a}},
-                                    {"metallicFactor", 0},
-                                    {"roughnessFactor", 1}}},
-                                  {"doubleSided", mesh.is_double_sided}});
+    json_["materials"].push_back(
+        {{"pbrMetallicRoughness",
+          {{"baseColorFactor", {color.r, color.g, color.b, color.a}}, {"metallicFactor", 0}, {"roughnessFactor", 1}}},
+         {"doubleSided", mesh.is_double_sided}});
     json_["meshes"].push_back(
         {{"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}, {"material", number}}})}});
     Json node = {{"name", mesh.name}, {"mesh", number}};
     if (mesh.world_from_mesh != glm::dmat4(1)) {
-      node["matrix"] = std::vector<double>(glm::value_ptr(mesh.world_from_mesh), glm::value_ptr(mesh.world_from_mesh) + 16);
+      node["matrix"] =
+          std::vector<double>(glm::value_ptr(mesh.world_from_mesh), glm::value_ptr(mesh.world_from_mesh) + 16);
     }
     json_["nodes"].push_back(node);
   }
 
   std::string Finish() {
+    assert(bin_.size() <= kMaxGlbBytes);
     json_["asset"] = {{"version", "2.0"}, {"generator", "Halfshade"}};
-    Json roots = Json::array();
-    for (size_t i = 0; i < json_["nodes"].size(); ++i) roots.push_back(i);
-    json_["scenes"] = Json::array({{{"nodes", roots}}});
+    Json scene = Json::object();
+    if (json_.contains("nodes")) {
+      for (size_t i = 0; i < json_["nodes"].size(); ++i) scene["nodes"].push_back(i);
+    }
+    json_["scenes"] = Json::array({scene});
     json_["scene"] = 0;
-    json_["buffers"] = Json::array({{{"byteLength", bin_.size()}}});
+    if (!bin_.empty()) json_["buffers"] = Json::array({{{"byteLength", bin_.size()}}});
     std::string text = json_.dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');
     std::string glb = "glTF";

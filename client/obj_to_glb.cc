@@ -2,15 +2,90 @@
 
 #include <tiny_obj_loader.h>
 
+#include <algorithm>
 #include <cmath>
 #include <exception>
+#include <filesystem>
+#include <fstream>
+#include <limits>
 #include <map>
 #include <tuple>
 
 #include "client/glb_writer.h"
+#include "renderer/status.h"
 
 namespace halfshade {
 namespace {
+
+namespace fs = std::filesystem;
+
+// Opens what mtllib names if it is a regular file inside the OBJ's folder, links resolved. An absent one leaves the
+// model grey, as tinyobjloader does; one outside is a fault.
+class FolderMaterials : public tinyobj::MaterialReader {
+ public:
+  explicit FolderMaterials(const fs::path& folder) : folder_(fs::weakly_canonical(folder)) {}
+
+  bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
+                  std::map<std::string, int>* numbers, std::string* warning, std::string* error) override {
+    std::error_code failure;
+    const fs::path path = fs::weakly_canonical(folder_ / name, failure);
+    if (failure || std::mismatch(folder_.begin(), folder_.end(), path.begin(), path.end()).first != folder_.end()) {
+      status_ = absl::InvalidArgumentError("mtllib " + name.substr(0, 200) + ": outside the OBJ's folder");
+      return false;
+    }
+    if (!fs::is_regular_file(path, failure)) return false;
+    std::ifstream file(path);
+    return tinyobj::MaterialStreamReader(file)(name, materials, numbers, warning, error);
+  }
+
+  const absl::Status& status() const { return status_; }
+
+ private:
+  fs::path folder_;
+  absl::Status status_;
+};
+
+struct Obj {
+  tinyobj::attrib_t attributes;
+  std::vector<tinyobj::shape_t> shapes;
+  std::vector<tinyobj::material_t> materials;
+};
+
+absl::StatusOr<Obj> ReadObj(const std::string& path) {
+  Obj obj;
+  std::string warning, error;
+  try {
+    if (!fs::is_regular_file(path)) return absl::InvalidArgumentError("no regular file");
+    std::ifstream file(path);
+    FolderMaterials materials(fs::absolute(path).parent_path());
+    const bool is_read =
+        tinyobj::LoadObj(&obj.attributes, &obj.shapes, &obj.materials, &warning, &error, &file, &materials,
+                         /*triangulate=*/true, /*default_vcols_fallback=*/false);
+    RETURN_IF_ERROR(materials.status());
+    if (!is_read) return absl::InvalidArgumentError(error.empty() ? "no OBJ file" : error);
+  } catch (const std::exception& exception) {
+    return absl::InvalidArgumentError(exception.what());
+  }
+  for (const auto* values : {&obj.attributes.vertices, &obj.attributes.normals, &obj.attributes.texcoords}) {
+    for (const tinyobj::real_t value : *values) {
+      if (!std::isfinite(value)) return absl::InvalidArgumentError("a coordinate is not finite");
+    }
+  }
+  return obj;
+}
+
+// tinyobjloader only warns of these.
+absl::Status CheckCorner(const tinyobj::attrib_t& attributes, const tinyobj::index_t& corner) {
+  const auto is_in = [](int index, size_t values, size_t size) { return index < int64_t(values / size); };
+  if (corner.vertex_index >= 0 && is_in(corner.vertex_index, attributes.vertices.size(), 3) &&
+      is_in(corner.normal_index, attributes.normals.size(), 3) &&
+      is_in(corner.texcoord_index, attributes.texcoords.size(), 2)) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError("a face names " + std::to_string(int64_t(corner.vertex_index) + 1) + "/" +
+                                    std::to_string(int64_t(corner.texcoord_index) + 1) + "/" +
+                                    std::to_string(int64_t(corner.normal_index) + 1) + ", which the file lacks");
+}
 
 // OBJ indexes positions, normals and texture coordinates apart, glTF together.
 class MeshBuilder {
@@ -22,9 +97,10 @@ class MeshBuilder {
     const auto [vertex, is_new] = vertices_.try_emplace(key, uint32_t(mesh_.positions.size()));
     if (is_new) {
       mesh_.positions.push_back(Vec3(attributes_.vertices, corner.vertex_index));
-      mesh_.normals.push_back(corner.normal_index < 0 ? glm::vec3(0) : Vec3(attributes_.normals, corner.normal_index));
-      has_all_normals_ = has_all_normals_ && corner.normal_index >= 0 && glm::length(mesh_.normals.back()) > 0;
-      if (has_all_normals_) mesh_.normals.back() = glm::normalize(mesh_.normals.back());
+      const glm::vec3 normal = corner.normal_index < 0 ? glm::vec3(0) : Vec3(attributes_.normals, corner.normal_index);
+      const float length = glm::length(normal);
+      has_all_normals_ = has_all_normals_ && length > 0;
+      mesh_.normals.push_back(length > 0 ? normal / length : glm::vec3(0));
       glm::vec2 uv(0);
       if (corner.texcoord_index >= 0) {
         const size_t at = 2 * size_t(corner.texcoord_index);
@@ -68,44 +144,46 @@ class MeshBuilder {
   GlbMesh mesh_;
 };
 
-}  // namespace
-
-absl::StatusOr<std::string> ObjToGlb(const std::string& path) {
-  tinyobj::ObjReaderConfig config;
-  config.triangulate = true;
-  tinyobj::ObjReader reader;
-  try {
-    if (!reader.ParseFromFile(path, config)) {
-      return absl::InvalidArgumentError(path + ": " + (reader.Error().empty() ? "no OBJ file" : reader.Error()));
-    }
-  } catch (const std::exception& exception) {
-    return absl::InvalidArgumentError(path + ": " + exception.what());
-  }
-  const tinyobj::attrib_t& attributes = reader.GetAttrib();
-  for (const tinyobj::real_t value : attributes.vertices) {
-    if (!std::isfinite(value)) return absl::InvalidArgumentError(path + ": a vertex is not finite");
-  }
+absl::StatusOr<std::vector<GlbMesh>> BuildMeshes(const Obj& obj) {
   std::vector<GlbMesh> meshes;
-  for (const tinyobj::shape_t& shape : reader.GetShapes()) {
+  for (const tinyobj::shape_t& shape : obj.shapes) {
     std::map<int, MeshBuilder> builders;  // by material
-    size_t corner = 0;
+    size_t first = 0;
     for (size_t face = 0; face < shape.mesh.num_face_vertices.size(); ++face) {
       const size_t corners = shape.mesh.num_face_vertices[face];
       if (corners == 3) {
-        MeshBuilder& builder = builders.try_emplace(shape.mesh.material_ids[face], attributes).first->second;
-        for (size_t i = 0; i < 3; ++i) builder.AddCorner(shape.mesh.indices[corner + i]);
+        MeshBuilder& builder = builders.try_emplace(shape.mesh.material_ids[face], obj.attributes).first->second;
+        for (size_t i = first; i < first + 3; ++i) {
+          RETURN_IF_ERROR(CheckCorner(obj.attributes, shape.mesh.indices[i]));
+          builder.AddCorner(shape.mesh.indices[i]);
+        }
       }
-      corner += corners;
+      first += corners;
     }
     for (auto& [material, builder] : builders) {
       meshes.push_back(builder.Take(shape.name));
       if (material < 0) continue;
-      const tinyobj::material_t& source = reader.GetMaterials()[size_t(material)];
-      meshes.back().base_color = {source.diffuse[0], source.diffuse[1], source.diffuse[2], 1};
+      const tinyobj::real_t* diffuse = obj.materials[size_t(material)].diffuse;
+      for (int i = 0; i < 3; ++i) meshes.back().base_color[i] = std::clamp(diffuse[i], 0.0f, 1.0f);
     }
   }
-  if (meshes.empty()) return absl::InvalidArgumentError(path + ": has no triangles");
-  return WriteGlb(meshes);
+  if (meshes.empty()) return absl::InvalidArgumentError("has no triangles");
+  size_t bytes = 0;
+  for (const GlbMesh& mesh : meshes) {
+    bytes += mesh.positions.size() * (2 * sizeof(glm::vec3) + sizeof(glm::vec2)) + mesh.indices.size() * 4;
+  }
+  if (bytes > kMaxGlbBytes) return absl::InvalidArgumentError("too large for a GLB, whose lengths have 32 bits");
+  return meshes;
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> ObjToGlb(const std::string& path) {
+  const absl::StatusOr<Obj> obj = ReadObj(path);
+  if (!obj.ok()) return absl::InvalidArgumentError(path + ": " + std::string(obj.status().message()));
+  const absl::StatusOr<std::vector<GlbMesh>> meshes = BuildMeshes(*obj);
+  if (!meshes.ok()) return absl::InvalidArgumentError(path + ": " + std::string(meshes.status().message()));
+  return WriteGlb(*meshes);
 }
 
 }  // namespace halfshade

@@ -40,7 +40,8 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   CLI::App app("halfshaded: soft shadows over gRPC");
   app.add_option("--listen", options.listen, "HOST:PORT (port 0 picks one) or unix:PATH")->capture_default_str();
   app.add_option("--http", options.http, "HOST:PORT of /livez and /readyz, or off")->capture_default_str();
-  app.add_option("--scene-store", options.scene_store_dir, "folder that keeps scenes; default: a private temporary one");
+  app.add_option("--scene-store", options.scene_store_dir,
+                 "folder that keeps scenes; default: a private temporary one");
   app.add_option("--scene-store-mb", options.scene_store_mb, "its bound")->capture_default_str();
   app.add_option("--scene-cache-mb", options.scene_cache_mb, "loaded scenes in memory")->capture_default_str();
   std::string gl = "auto";
@@ -71,7 +72,8 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
     return kUsage;
   }
   if (!insecure_bind && !IsLoopback(options.listen)) {
-    std::fprintf(stderr, "--listen %s: reachable from outside without TLS and token; give --insecure-bind if that is meant\n",
+    std::fprintf(stderr,
+                 "--listen %s: reachable from outside without TLS and token; give --insecure-bind if that is meant\n",
                  options.listen.c_str());
     return kUsage;
   }

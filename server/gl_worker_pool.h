@@ -12,8 +12,8 @@ struct ServerOptions;
 
 class GlWorkerPool {
  public:
-  // Makes options.contexts workers, one after the other; the first error. `queue` outlives the pool and is closed before it
-  // dies.
+  // Makes options.contexts workers, one after the other; the first error. `queue` outlives the pool and is closed
+  // before it dies.
   absl::Status Start(const ServerOptions& options, RenderQueue* queue);
 
   const std::vector<std::unique_ptr<GlWorker>>& workers() const { return workers_; }

@@ -9,8 +9,7 @@ namespace {
 
 void Answer(mg_connection* connection, bool is_ok) {
   const char* body = is_ok ? "ok\n" : "not ready\n";
-  mg_printf(connection,
-            "HTTP/1.1 %s\r\nContent-Type: text/plain\r\nContent-Length: %d\r\nConnection: close\r\n\r\n%s",
+  mg_printf(connection, "HTTP/1.1 %s\r\nContent-Type: text/plain\r\nContent-Length: %d\r\nConnection: close\r\n\r\n%s",
             is_ok ? "200 OK" : "503 Service Unavailable", int(std::char_traits<char>::length(body)), body);
 }
 
@@ -31,7 +30,8 @@ class CivetHttp : public HttpServer {
   CivetHttp(const std::string& address, const std::atomic<bool>* is_ready)
       : alive_(nullptr),
         ready_(is_ready),
-        server_(std::vector<std::string>{"listening_ports", address, "num_threads", "2", "request_timeout_ms", "5000"}) {
+        server_(
+            std::vector<std::string>{"listening_ports", address, "num_threads", "2", "request_timeout_ms", "5000"}) {
     server_.addHandler("/livez", alive_);
     server_.addHandler("/readyz", ready_);
     const std::vector<int> ports = server_.getListeningPorts();

@@ -17,7 +17,7 @@ struct Limits {
   uint64_t texture_pixels = 64ull << 20;
   uint64_t gltf_json_bytes = 64ull << 20;
   uint32_t gltf_json_depth = 64;
-  uint32_t queue = 64;                      // requests that may wait for a context
+  uint32_t queue = 64;                       // requests that may wait for a context
   uint64_t render_reply_bytes = 4ull << 20;  // uncompressed images of one Render reply
 };
 

@@ -12,15 +12,15 @@
 namespace halfshade {
 
 struct ServerOptions {
-  std::string listen;            // "127.0.0.1:0" picks a port, "unix:PATH"; "": no port, InProcessChannel alone
-  std::string http = "off";      // address of /livez and /readyz, or "off"
-  std::string scene_store_dir;   // "": a private temporary folder, removed at the end
+  std::string listen;           // "127.0.0.1:0" picks a port, "unix:PATH"; "": no port, InProcessChannel alone
+  std::string http = "off";     // address of /livez and /readyz, or "off"
+  std::string scene_store_dir;  // "": a private temporary folder, removed at the end
   uint64_t scene_store_mb = 4096;
   uint64_t scene_cache_mb = 1024;
   gl::ContextOptions gl;
   int contexts = 1;
-  int grace_s = 30;              // how long calls in flight may take once draining
-  int lame_duck_s = 0;           // NOT_SERVING but still taking calls, before the grace begins
+  int grace_s = 30;     // how long calls in flight may take once draining
+  int lame_duck_s = 0;  // NOT_SERVING but still taking calls, before the grace begins
   Limits limits;
   RendererFactory renderer_factory;  // empty: a GL context and its renderer; tests give a fake
 };

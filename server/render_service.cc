@@ -29,8 +29,8 @@ double MillisecondsSince(SteadyClock::time_point begin) {
   return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
 }
 
-// CPU time of the whole process. With one render at a time that is the render's, GL driver threads included; renders on other
-// contexts at the same time are counted in.
+// CPU time of the whole process. With one render at a time that is the render's, GL driver threads included; renders on
+// other contexts at the same time are counted in.
 double ProcessCpuMs() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -43,7 +43,8 @@ std::string EncodingName(Encoding encoding) { return encoding == Encoding::kPng 
 // No deadline: the default; one that is too far: the most.
 SystemClock::time_point EffectiveDeadline(SystemClock::time_point asked) {
   const auto now = SystemClock::now();
-  if (asked == SystemClock::time_point::max() || asked > now + std::chrono::hours(24 * 365)) return now + kDefaultDeadline;
+  if (asked == SystemClock::time_point::max() || asked > now + std::chrono::hours(24 * 365))
+    return now + kDefaultDeadline;
   return std::min(asked, now + kMaxDeadline);
 }
 
@@ -174,7 +175,8 @@ class RenderCall final : public grpc::ServerUnaryReactor, public std::enable_sha
   }
 
   void AddImage(int index, const RenderedImage& rendered, EncodedImage2D encoded, v1::RenderResponse* response) const {
-    const v1::Output& asked = index < request_.outputs_size() ? request_.outputs(index) : v1::Output::default_instance();
+    const v1::Output& asked =
+        index < request_.outputs_size() ? request_.outputs(index) : v1::Output::default_instance();
     v1::OutputImage* image = response->add_images();
     image->set_kind(rendered.kind == OutputKind::kFrame ? v1::OUTPUT_KIND_FRAME : v1::OUTPUT_KIND_VISIBILITY);
     image->set_encoding(render_.encodings[size_t(index)] == Encoding::kPng ? v1::ENCODING_PNG : v1::ENCODING_RAW_F32);
@@ -225,8 +227,8 @@ class RenderCall final : public grpc::ServerUnaryReactor, public std::enable_sha
 };
 
 grpc::Status NotInThisVersion(const char* rpc) {
-  return grpc::Status(grpc::StatusCode::UNIMPLEMENTED, std::string("RenderService.") + rpc +
-                                                           " is not available in this version");
+  return grpc::Status(grpc::StatusCode::UNIMPLEMENTED,
+                      std::string("RenderService.") + rpc + " is not available in this version");
 }
 
 grpc::ServerUnaryReactor* FinishAtOnce(grpc::CallbackServerContext* context, const grpc::Status& status) {
@@ -250,8 +252,8 @@ grpc::ServerUnaryReactor* RenderServiceImpl::Render(grpc::CallbackServerContext*
   return call.get();
 }
 
-grpc::ServerWriteReactor<v1::RenderStreamResponse>* RenderServiceImpl::RenderStream(
-    grpc::CallbackServerContext*, const v1::RenderStreamRequest*) {
+grpc::ServerWriteReactor<v1::RenderStreamResponse>* RenderServiceImpl::RenderStream(grpc::CallbackServerContext*,
+                                                                                    const v1::RenderStreamRequest*) {
   return new FinishedStream(NotInThisVersion("RenderStream"));
 }
 

@@ -1,6 +1,6 @@
-// RenderService: a call goes from its handler to the CPU pool (scene, validation), to the render queue, to a GL thread, back
-// to the CPU pool (encoding) and out. It is finished exactly once, by whichever comes first: its result, its deadline (an
-// alarm, not the next dequeue), or its cancellation.
+// RenderService: a call goes from its handler to the CPU pool (scene, validation), to the render queue, to a GL thread,
+// back to the CPU pool (encoding) and out. It is finished exactly once, by whichever comes first: its result, its
+// deadline (an alarm, not the next dequeue), or its cancellation.
 #pragma once
 
 #include <atomic>

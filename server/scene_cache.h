@@ -1,5 +1,5 @@
-// Flat scenes in memory: least recently used go first, identical loads are done once, a scene in use stays alive under its
-// user. Thread-safe.
+// Flat scenes in memory: least recently used go first, identical loads are done once, a scene in use stays alive under
+// its user. Thread-safe.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -24,8 +24,8 @@ class SceneCache {
 
   explicit SceneCache(uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  // The scene, loaded by `loader` if it is not here; callers that come while it loads wait for the same result. Errors are the
-  // loader's and are not kept. RESOURCE_EXHAUSTED with the numbers for a scene larger than the whole cache.
+  // The scene, loaded by `loader` if it is not here; callers that come while it loads wait for the same result. Errors
+  // are the loader's and are not kept. RESOURCE_EXHAUSTED with the numbers for a scene larger than the whole cache.
   absl::StatusOr<ScenePtr> Get(const std::string& name, const Loader& loader, bool* was_here = nullptr);
   void Forget(const std::string& name);
 

@@ -1,5 +1,5 @@
-// Scenes by name: manifests and blobs in the store, flat scenes in the cache. Blocks on disk and parser: call it from the
-// CPU pool. Thread-safe.
+// Scenes by name: manifests and blobs in the store, flat scenes in the cache. Blocks on disk and parser: call it from
+// the CPU pool. Thread-safe.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -25,8 +25,8 @@ class SceneCatalog {
     v1::Scene scene;
     bool existed = false;
   };
-  // INVALID_ARGUMENT for a malformed digest or URI, a manifest over its bounds, or a scene that the loader refuses; NOT_FOUND
-  // naming a blob that is not here.
+  // INVALID_ARGUMENT for a malformed digest or URI, a manifest over its bounds, or a scene that the loader refuses;
+  // NOT_FOUND naming a blob that is not here.
   absl::StatusOr<Created> Create(const v1::CreateSceneRequest& request);
 
   // The scene, from the cache or loaded again from its blobs. INVALID_ARGUMENT for a malformed name, NOT_FOUND for an

@@ -64,8 +64,8 @@ class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
       digest_ = chunk_.digest();
       size_bytes_ = chunk_.size_bytes();
       if (size_bytes_ > limits_.scene_bytes) {
-        return absl::InvalidArgumentError("size_bytes: " + std::to_string(size_bytes_) + "; this server takes at most " +
-                                          std::to_string(limits_.scene_bytes));
+        return absl::InvalidArgumentError("size_bytes: " + std::to_string(size_bytes_) +
+                                          "; this server takes at most " + std::to_string(limits_.scene_bytes));
       }
       is_here_ = store_->Has(StoreKind::kBlob, digest_);
       if (!is_here_) {
@@ -80,8 +80,8 @@ class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
                                         std::to_string(size_bytes_));
     }
     if (chunk_.offset_bytes() != taken_bytes_) {
-      return absl::InvalidArgumentError("offset_bytes: " + std::to_string(chunk_.offset_bytes()) + "; the next byte is " +
-                                        std::to_string(taken_bytes_));
+      return absl::InvalidArgumentError("offset_bytes: " + std::to_string(chunk_.offset_bytes()) +
+                                        "; the next byte is " + std::to_string(taken_bytes_));
     }
     if (chunk_.data().size() > kMaxChunkBytes) {
       return absl::InvalidArgumentError("data: " + std::to_string(chunk_.data().size()) + " bytes; at most " +
@@ -149,10 +149,10 @@ grpc::ServerUnaryReactor* SceneServiceImpl::QueryUpload(grpc::CallbackServerCont
                                                         v1::QueryUploadResponse*) {
   const absl::Status status = CheckDigest("digest", request->digest());
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(Finished("QueryUpload", status.ok() ? absl::UnimplementedError(
-                                                            "SceneService.QueryUpload: resuming an upload is not "
-                                                            "available in this version; send the blob again")
-                                                      : status));
+  reactor->Finish(Finished("QueryUpload",
+                           status.ok() ? absl::UnimplementedError("SceneService.QueryUpload: resuming an upload is not "
+                                                                  "available in this version; send the blob again")
+                                       : status));
   return reactor;
 }
 

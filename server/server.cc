@@ -138,8 +138,8 @@ class WiredServer final : public Server {
       return absl::FailedPreconditionError("listen " + options_.listen + ": the address cannot be had");
     }
     if (has_port) {
-      grpc_address_ = is_unix ? options_.listen
-                              : options_.listen.substr(0, options_.listen.rfind(':') + 1) + std::to_string(port);
+      grpc_address_ =
+          is_unix ? options_.listen : options_.listen.substr(0, options_.listen.rfind(':') + 1) + std::to_string(port);
     }
     is_ready_ = true;
     return absl::OkStatus();

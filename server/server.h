@@ -1,5 +1,5 @@
-// The whole service: store, caches, GL workers, gRPC and probes, wired together. halfshaded runs one; the client runs one
-// without a port inside its own process.
+// The whole service: store, caches, GL workers, gRPC and probes, wired together. halfshaded runs one; the client runs
+// one without a port inside its own process.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -15,7 +15,8 @@ namespace halfshade {
 class Server {
  public:
   // Returns when it serves: every context is made and warmed up before the port opens, so that a call before that finds
-  // nothing there (UNAVAILABLE). FAILED_PRECONDITION: no context, an address that cannot be had, a store that cannot be opened.
+  // nothing there (UNAVAILABLE). FAILED_PRECONDITION: no context, an address that cannot be had, a store that cannot be
+  // opened.
   static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options);
   // Cuts what is under way.
   virtual ~Server() = default;

@@ -1,7 +1,7 @@
 // Blobs and scene manifests on disk, content-addressed: the key's hex is the SHA-256 of the bytes.
 //
-// A value is written to a temporary file, synced and renamed: it is whole under its key or not there, whatever dies when.
-// What is read is checked against its key. Thread-safe.
+// A value is written to a temporary file, synced and renamed: it is whole under its key or not there, whatever dies
+// when. What is read is checked against its key. Thread-safe.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -21,8 +21,8 @@ enum class StoreKind { kBlob, kScene };
 
 class Store {
  public:
-  // Opens, or makes, the folder; removes what a crash left half written. An empty `directory` is a private temporary folder,
-  // removed by the destructor. FAILED_PRECONDITION with the reason.
+  // Opens, or makes, the folder; removes what a crash left half written. An empty `directory` is a private temporary
+  // folder, removed by the destructor. FAILED_PRECONDITION with the reason.
   static absl::StatusOr<std::unique_ptr<Store>> Open(const std::string& directory, uint64_t max_bytes);
   ~Store();
 

@@ -1,5 +1,7 @@
 #include "server/validate.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 
 #include "renderer/plan/framing.h"
@@ -67,7 +69,8 @@ absl::StatusOr<CheckedOutput> CheckOutput(const std::string& field, const v1::Ou
 
 absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
   if (request.width() > limits.image_width) {
-    return FieldError("width", std::to_string(request.width()) + "; must be 1 to " + std::to_string(limits.image_width));
+    return FieldError("width",
+                      std::to_string(request.width()) + "; must be 1 to " + std::to_string(limits.image_width));
   }
   if (request.height() > limits.image_height) {
     return FieldError("height",
@@ -93,11 +96,8 @@ absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request)
 
 absl::Status CheckGround(const v1::Ground& ground) {
   RETURN_IF_ERROR(CheckFinite("ground.height_m", ground.height_m()));
-  RETURN_IF_ERROR(CheckRange("ground.height_m", ground.height_m(), -1e15, 1e15));
-  if (!(ground.size_m() > 0) || !(ground.size_m() <= 1e15)) {
-    return FieldError("ground.size_m", NumberText(ground.size_m()) + "; must be over 0 and at most 1e+15");
-  }
-  return absl::OkStatus();
+  RETURN_IF_ERROR(CheckRange("ground.height_m", ground.height_m(), -kLargestLengthM, kLargestLengthM));
+  return CheckLength("ground.size_m", ground.size_m());
 }
 
 absl::Status CheckShading(const v1::Shading& shading, Shading* result) {
@@ -124,7 +124,8 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   ValidatedRender result;
   RenderRequest& plain = result.request;
   if (!IsSceneName(request.scene())) {
-    return FieldError("scene", "\"" + request.scene().substr(0, 80) + "\"; must be scenes/ and 64 hex digits");
+    return FieldError("scene",
+                      absl::StrCat("\"", request.scene().substr(0, 80), "\"; must be scenes/ and 64 hex digits"));
   }
   RETURN_IF_ERROR(CheckSize(request, limits));
   RETURN_IF_ERROR(CheckNothingIsAskedThatIsNotThere(request));
@@ -184,9 +185,10 @@ absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request,
   const double aspect = double(plain.width) / plain.height;
   ASSIGN_OR_RETURN(plain.camera, ResolveCamera(request, scene, pose.bounds_ws, aspect));
   for (int i = 0; i < request.lights_size(); ++i) {
-    SetSuitingPower(request.lights(i), plain.camera.target_ws, &plain.lights[size_t(i)]);
+    ResolveLight(request.lights(i), plain.camera.target_ws, &plain.lights[size_t(i)]);
   }
-  // A scene that comes with nothing but itself gets what shows it: a light, and under it a ground for the shadow to fall on.
+  // A scene that comes with nothing but itself gets what shows it: a light, and under it a ground for the shadow to
+  // fall on.
   const bool is_bare = request.lights().empty() && !request.has_camera() && !request.has_ground();
   if (request.lights().empty()) plain.lights = {SuitingLight(pose.bounds_ws)};
   if (is_bare) plain.ground = SuitingGround(pose.bounds_ws);

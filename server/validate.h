@@ -1,5 +1,5 @@
-// The door from the wire: proto messages to plain checked values. Every limit and every message about a request lives here.
-// Pure; no GL, no threads. Messages name the field, the value and the bound: "lights[0].edge_u: not finite".
+// The door from the wire: proto messages to plain checked values. Every limit and every message about a request lives
+// here. Pure; no GL, no threads. Messages name the field, the value and the bound: "lights[0].edge_u: not finite".
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -17,15 +17,16 @@
 namespace halfshade {
 
 struct ValidatedRender {
-  RenderRequest request;                // outputs as asked, in order
-  std::vector<Encoding> encodings;      // of request.outputs
+  RenderRequest request;            // outputs as asked, in order
+  std::vector<Encoding> encodings;  // of request.outputs
 };
 
-// What can be told without the scene: run before queueing. INVALID_ARGUMENT; UNIMPLEMENTED naming a field that this version
-// lacks; FAILED_PRECONDITION for a result over limits.render_reply_bytes.
+// What can be told without the scene: run before queueing. INVALID_ARGUMENT; UNIMPLEMENTED naming a field that this
+// version lacks; FAILED_PRECONDITION for a result over limits.render_reply_bytes.
 absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& limits);
 
-// All of it: CheckRenderFields, then what needs the scene (camera index, scene index, automatic camera, light and planes).
+// All of it: CheckRenderFields, then what needs the scene (camera index, scene index, automatic camera, light and
+// planes).
 absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
                                                const Limits& limits);
 

@@ -10,6 +10,7 @@ namespace halfshade {
 namespace {
 
 constexpr double kDefaultFovyDeg = 45;
+constexpr double kSmallestFovyDeg = 1e-15;  // below, 1 / tan is no float
 constexpr char kLookAt[] = "camera.look_at";
 
 // MakeLookAtCamera's faults, with the path of the field in front.
@@ -21,33 +22,34 @@ absl::StatusOr<Camera> LookAtCamera(const v1::LookAt& look_at) {
   glm::dvec3 up(0, 1, 0);
   if (look_at.has_up()) {
     ASSIGN_OR_RETURN(up, CheckVec3(std::string(kLookAt) + ".up", look_at.up()));
+    if (LengthOf(up) > 0) up = UnitOf(up);
+  }
+  if (LengthOf(target - eye) < kSmallestLengthM) {
+    return FieldError(std::string(kLookAt) + ".target", "the same point as eye");
   }
   auto camera = MakeLookAtCamera(eye, target, up);
-  if (!camera.ok()) return absl::InvalidArgumentError(std::string(kLookAt) + "." + std::string(camera.status().message()));
+  if (!camera.ok())
+    return absl::InvalidArgumentError(std::string(kLookAt) + "." + std::string(camera.status().message()));
   double fovy_deg = kDefaultFovyDeg;
   if (look_at.has_fovy_deg()) {
     fovy_deg = look_at.fovy_deg();
-    if (!(fovy_deg > 0 && fovy_deg < 180)) {
-      return FieldError(std::string(kLookAt) + ".fovy_deg", NumberText(fovy_deg) + "; must be over 0 and under 180");
+    if (!(fovy_deg >= kSmallestFovyDeg && fovy_deg < 180)) {
+      return FieldError(std::string(kLookAt) + ".fovy_deg",
+                        NumberText(fovy_deg) + "; must be at least 1e-15 and under 180");
     }
   }
   camera->tan_half_fovy = std::tan(fovy_deg * M_PI / 360);
   if (look_at.has_ortho_height_m()) {
-    const double height = look_at.ortho_height_m();
-    if (!(height > 0) || !std::isfinite(height)) {
-      return FieldError(std::string(kLookAt) + ".ortho_height_m", NumberText(height) + "; must be over 0 and finite");
-    }
+    RETURN_IF_ERROR(CheckLength(std::string(kLookAt) + ".ortho_height_m", look_at.ortho_height_m()));
     camera->is_orthographic = true;
-    camera->ortho_height_m = height;
+    camera->ortho_height_m = look_at.ortho_height_m();
   }
-  if (look_at.has_near_m() && (!(look_at.near_m() > 0) || !std::isfinite(look_at.near_m()))) {
-    return FieldError(std::string(kLookAt) + ".near_m", NumberText(look_at.near_m()) + "; must be over 0 and finite");
-  }
+  if (look_at.has_near_m()) RETURN_IF_ERROR(CheckLength(std::string(kLookAt) + ".near_m", look_at.near_m()));
   if (look_at.has_far_m()) {
-    const double near_m = look_at.has_near_m() ? look_at.near_m() : 0;
-    if (!(look_at.far_m() > near_m) || !std::isfinite(look_at.far_m())) {
+    RETURN_IF_ERROR(CheckLength(std::string(kLookAt) + ".far_m", look_at.far_m()));
+    if (look_at.has_near_m() && look_at.far_m() <= look_at.near_m()) {
       return FieldError(std::string(kLookAt) + ".far_m",
-                        NumberText(look_at.far_m()) + "; must be over near_m (" + NumberText(near_m) + ") and finite");
+                        NumberText(look_at.far_m()) + "; must be over near_m (" + NumberText(look_at.near_m()) + ")");
     }
   }
   return camera;
@@ -55,20 +57,24 @@ absl::StatusOr<Camera> LookAtCamera(const v1::LookAt& look_at) {
 
 absl::StatusOr<Camera> SceneCameraOf(uint32_t index, const FlatScene& scene, const Box3d& bounds_ws) {
   if (index >= scene.cameras.size()) {
-    return FieldError("camera.index", std::to_string(index) + "; the scene has " + std::to_string(scene.cameras.size()));
+    return FieldError("camera.index",
+                      std::to_string(index) + "; the scene has " + std::to_string(scene.cameras.size()));
   }
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
     if (scene.nodes[node].camera != int32_t(index)) continue;
     const glm::dmat4 world_from_node = WorldFromNode(scene, node);
     const glm::dvec3 eye(world_from_node[3]);
     const glm::dvec3 center = bounds_ws.IsEmpty() ? glm::dvec3(0) : bounds_ws.Center();
-    Camera camera = CameraFromNode(world_from_node, std::max(1e-6, glm::length(center - eye)));
+    auto camera = CameraFromNode(world_from_node, std::max(1e-6, glm::length(center - eye)));
+    if (!camera.ok()) {
+      return FieldError("camera.index", std::to_string(index) + "; " + std::string(camera.status().message()));
+    }
     const SceneCamera& source = scene.cameras[index];
-    camera.is_orthographic = source.is_orthographic;
-    camera.ortho_height_m = source.ortho_height_m;
-    camera.tan_half_fovy = std::tan(source.fovy_rad / 2);
-    camera.near_m = source.near_m;
-    camera.far_m = source.far_m;
+    camera->is_orthographic = source.is_orthographic;
+    camera->ortho_height_m = source.ortho_height_m;
+    camera->tan_half_fovy = std::tan(source.fovy_rad / 2);
+    camera->near_m = source.near_m;
+    camera->far_m = source.far_m;
     return camera;
   }
   return FieldError("camera.index", std::to_string(index) + "; no node of the scene holds this camera");

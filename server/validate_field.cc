@@ -1,5 +1,6 @@
 #include "server/validate_field.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -22,6 +23,12 @@ std::string NumberText(double value) {
   return std::string(text, end);
 }
 
+double LengthOf(const glm::dvec3& v) { return std::hypot(v.x, v.y, v.z); }
+
+glm::dvec3 UnitOf(const glm::dvec3& v) {
+  return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
+}
+
 absl::Status CheckFinite(const std::string& field, double value) {
   if (std::isfinite(value)) return absl::OkStatus();
   return FieldError(field, NumberText(value) + "; must be finite");
@@ -32,14 +39,17 @@ absl::Status CheckRange(const std::string& field, double value, double low, doub
   return FieldError(field, NumberText(value) + "; must be " + NumberText(low) + " to " + NumberText(high));
 }
 
+absl::Status CheckLength(const std::string& field, double value) {
+  RETURN_IF_ERROR(CheckFinite(field, value));
+  return CheckRange(field, value, kSmallestLengthM, kLargestLengthM);
+}
+
 absl::StatusOr<glm::dvec3> CheckVec3(const std::string& field, const v1::Vec3& value) {
-  // Beyond 1e15 m a double no longer resolves a metre.
-  constexpr double kLargest = 1e15;
   const double components[3] = {value.x(), value.y(), value.z()};
   for (int i = 0; i < 3; ++i) {
     const std::string name = field + "." + "xyz"[i];
     RETURN_IF_ERROR(CheckFinite(name, components[i]));
-    RETURN_IF_ERROR(CheckRange(name, components[i], -kLargest, kLargest));
+    RETURN_IF_ERROR(CheckRange(name, components[i], -kLargestLengthM, kLargestLengthM));
   }
   return glm::dvec3(components[0], components[1], components[2]);
 }
@@ -50,6 +60,9 @@ absl::StatusOr<glm::vec3> CheckRgb(const std::string& field, const v1::Rgb& valu
     const std::string name = field + "." + "rgb"[i];
     RETURN_IF_ERROR(CheckFinite(name, components[i]));
     if (components[i] < 0) return FieldError(name, NumberText(components[i]) + "; must not be negative");
+    if (components[i] > kBrightest) {
+      return FieldError(name, NumberText(components[i]) + "; must be at most " + NumberText(kBrightest));
+    }
   }
   return glm::vec3(components[0], components[1], components[2]);
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "renderer/status.h"
@@ -8,6 +9,9 @@ namespace {
 
 // Edges may be off a right angle, and the direction off the normal, by this much.
 constexpr double kAngleTolerance = 1e-3;
+// Of the distance to the receivers: a shorter edge counts as 0.
+constexpr double kThinEdge = 1e-6;
+constexpr double kLeastDistanceM = 1e-6;
 
 // Some unit vector at right angles to a unit vector.
 glm::dvec3 AnyPerpendicular(const glm::dvec3& direction) {
@@ -34,18 +38,27 @@ absl::StatusOr<glm::dvec3> CheckDirection(const std::string& field, const v1::Ar
 // cosine / distance^2 of the light as seen from a point; the cosine is kept from vanishing for points beside the light.
 double Falloff(const AreaLight& light, const glm::dvec3& point_ws) {
   const glm::dvec3 to_point = point_ws - light.center_ws;
-  const double distance = std::max(glm::length(to_point), 1e-6);
+  const double distance = std::max(glm::length(to_point), kLeastDistanceM);
   constexpr double kLeastCosine = 0.1;
   return std::max(glm::dot(to_point, light.normal_ws) / distance, kLeastCosine) / (distance * distance);
 }
 
 }  // namespace
 
-void SetSuitingPower(const v1::AreaLight& asked, const glm::dvec3& target_ws, AreaLight* light) {
-  const double per_intensity = M_PI / Falloff(*light, target_ws);
+void ResolveLight(const v1::AreaLight& asked, const glm::dvec3& target_ws, AreaLight* light) {
+  const double suiting = std::min(M_PI / Falloff(*light, target_ws), kBrightest);
+  const double distance = std::max(glm::length(target_ws - light->center_ws), kLeastDistanceM);
   const double area = light->width_m * light->height_m;
-  if (!asked.has_radiance() && area > 0) light->radiance = glm::vec3(float(per_intensity / area));
-  if (!asked.has_intensity()) light->intensity = glm::vec3(float(per_intensity));
+  for (double* edge : {&light->width_m, &light->height_m}) {
+    if (*edge < kThinEdge * distance) *edge = 0;
+  }
+  if (light->width_m > 0 && light->height_m > 0) {
+    if (!asked.has_radiance()) light->radiance = glm::vec3(float(suiting / area));
+  } else if (!asked.has_intensity()) {
+    const bool is_thin_rectangle = area > 0 && asked.has_radiance();
+    light->intensity =
+        is_thin_rectangle ? glm::min(glm::dvec3(light->radiance) * area, kBrightest) : glm::dvec3(suiting);
+  }
 }
 
 absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLight& light) {
@@ -54,8 +67,8 @@ absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLig
   ASSIGN_OR_RETURN(result.center_ws, CheckVec3(field + ".center", light.center()));
   ASSIGN_OR_RETURN(const glm::dvec3 u, CheckVec3(field + ".edge_u", light.edge_u()));
   ASSIGN_OR_RETURN(const glm::dvec3 v, CheckVec3(field + ".edge_v", light.edge_v()));
-  result.width_m = glm::length(u);
-  result.height_m = glm::length(v);
+  result.width_m = LengthOf(u);
+  result.height_m = LengthOf(v);
   const bool has_u = result.width_m > 0;
   const bool has_v = result.height_m > 0;
   if (light.two_sided()) return NotAvailable(field + ".two_sided", "a two-sided light");
@@ -74,22 +87,24 @@ absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLig
     ASSIGN_OR_RETURN(direction, CheckDirection(field, light));
   }
   if (has_u && has_v) {
-    const double cosine = glm::dot(u, v) / (result.width_m * result.height_m);
+    const glm::dvec3 unit_u = UnitOf(u), unit_v = UnitOf(v);
+    const double cosine = glm::dot(unit_u, unit_v);
     if (std::abs(cosine) > kAngleTolerance) {
-      return FieldError(field + ".edge_v", "cosine " + NumberText(cosine) + " to edge_u; must be at right angles within 1e-3");
+      return FieldError(field + ".edge_v",
+                        "cosine " + NumberText(cosine) + " to edge_u; must be at right angles within 1e-3");
     }
-    glm::dvec3 normal = glm::normalize(glm::cross(u, v));
+    glm::dvec3 normal = glm::normalize(glm::cross(unit_u, unit_v));
     if (light.has_direction()) {
       if (glm::dot(direction, normal) < 0) normal = -normal;
       if (glm::length(direction - normal) > kAngleTolerance) {
         return FieldError(field + ".direction", "must be + or - normalize(cross(edge_u, edge_v)) within 1e-3");
       }
     }
-    SetAxes(u / result.width_m, normal, &result);
+    SetAxes(unit_u, normal, &result);
     return result;
   }
   if (has_u || has_v) {
-    const glm::dvec3 edge = has_u ? u / result.width_m : v / result.height_m;
+    const glm::dvec3 edge = UnitOf(has_u ? u : v);
     if (std::abs(glm::dot(edge, direction)) > kAngleTolerance) {
       return FieldError(field + ".direction", "must be at right angles to the light's edge within 1e-3");
     }

@@ -29,7 +29,8 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
         options.k = int(method.multi_map().k());
       }
       if (method.multi_map().has_map_size()) {
-        RETURN_IF_ERROR(CheckRange("method.multi_map.map_size", method.multi_map().map_size(), kMinMapSize, kMaxMapSize));
+        RETURN_IF_ERROR(
+            CheckRange("method.multi_map.map_size", method.multi_map().map_size(), kMinMapSize, kMaxMapSize));
         options.map_size = int(method.multi_map().map_size());
       }
       result->method = options;

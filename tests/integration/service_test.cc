@@ -1,7 +1,10 @@
-// The service over a real port with a renderer that draws nothing: deadlines, cancellation, queue, drain, the wire's edges.
-#include <google/protobuf/empty.pb.h>
+// The service over a real port with a renderer that draws nothing: deadlines, cancellation, queue, drain, the wire's
+// edges.
+#include <arpa/inet.h>
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -13,6 +16,7 @@
 #include "halfshade/v1/scene.grpc.pb.h"
 #include "halfshade/v1/server.grpc.pb.h"
 #include "server/digest.h"
+#include "server/http.h"
 #include "server/scene_name.h"
 #include "server/server.h"
 #include "server/status.h"
@@ -30,6 +34,25 @@ using Clock = std::chrono::steady_clock;
 std::atomic<int> render_ms{0};
 std::atomic<int> renders_begun{0};
 
+// Of a GET to 127.0.0.1, or 0 without an answer.
+int HttpStatus(const std::string& port, const std::string& path) {
+  const int connection = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(uint16_t(std::stoi(port)));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  int status = 0;
+  char answer[16] = {};
+  const std::string request = "GET " + path + " HTTP/1.0\r\n\r\n";
+  if (connect(connection, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0 &&
+      write(connection, request.data(), request.size()) == ssize_t(request.size()) &&
+      read(connection, answer, 12) == 12) {
+    status = std::atoi(answer + 9);
+  }
+  close(connection);
+  return status;
+}
+
 class FakeRenderer : public Renderer {
  public:
   absl::StatusOr<RenderResult> Render(const std::string&, const FlatScene&, const RenderRequest& request,
@@ -42,7 +65,8 @@ class FakeRenderer : public Renderer {
     } while (Clock::now() < end);
     RenderResult result;
     for (const OutputKind kind : request.outputs) {
-      result.images.push_back({kind, Image(request.width, request.height, kind == OutputKind::kFrame ? 4 : int(request.lights.size()))});
+      result.images.push_back(
+          {kind, Image(request.width, request.height, kind == OutputKind::kFrame ? 4 : int(request.lights.size()))});
     }
     result.report.method = "multi_map";
     return result;
@@ -56,7 +80,6 @@ class ServiceTest : public testing::Test {
     render_ms = 0;
     renders_begun = 0;
     options_.listen = "127.0.0.1:0";
-    options_.http = "127.0.0.1:0";
     options_.limits.queue = 2;
     options_.grace_s = 5;
     options_.renderer_factory = [] {
@@ -300,11 +323,24 @@ TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {
   EXPECT_EQ(info.methods_size(), 2);
 }
 
+TEST(HttpTest, ReadinessFollowsTheFlagAndLivenessDoesNot) {
+  std::atomic<bool> is_ready{false};
+  auto http = HttpServer::Start("127.0.0.1:0", &is_ready);
+  ASSERT_OK(http);
+  const std::string port = (*http)->address().substr((*http)->address().rfind(':') + 1);
+  EXPECT_EQ(HttpStatus(port, "/livez"), 200);
+  EXPECT_EQ(HttpStatus(port, "/readyz"), 503);
+  is_ready = true;
+  EXPECT_EQ(HttpStatus(port, "/readyz"), 200);
+  EXPECT_EQ(HttpStatus(port, "/etc/passwd"), 404);
+}
+
 TEST_F(ServiceTest, ASecondServerOnThePortIsRefused) {
   ServerOptions second = options_;
   second.http = "off";
   second.listen = server_->grpc_address();
-  EXPECT_THAT(Server::Start(second).status(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("cannot be had")));
+  EXPECT_THAT(Server::Start(second).status(),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("cannot be had")));
 }
 
 TEST_F(ServiceTest, ScenesOfAKeptStoreAreThereAfterARestart) {

@@ -17,7 +17,8 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-RenderJob Job(uint64_t id, std::function<void()> work = [] {}) {
+RenderJob Job(
+    uint64_t id, std::function<void()> work = [] {}) {
   return {id, [work](WorkerRenderer&) { work(); }};
 }
 
@@ -36,7 +37,8 @@ TEST(RenderQueueTest, AWaitBeyondTheDeadlineIsRefusedAtOnce) {
   queue.Pop();
   queue.Report(5s);
   EXPECT_OK(queue.Push(Job(2), 1s)) << "nobody is ahead";
-  EXPECT_THAT(queue.Push(Job(3), 1s), StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("too long for the deadline")));
+  EXPECT_THAT(queue.Push(Job(3), 1s),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("too long for the deadline")));
   EXPECT_OK(queue.Push(Job(4), 6s));
 }
 
@@ -77,7 +79,8 @@ TEST(GlWorkerTest, RunsEveryJobOnceAcrossWorkers) {
 
 TEST(GlWorkerTest, AFactoryThatFailsIsTheStartsError) {
   RenderQueue queue(1, 1);
-  const auto worker = GlWorker::Start([]() -> absl::StatusOr<WorkerRenderer> { return absl::FailedPreconditionError("no GL"); }, &queue);
+  const auto worker = GlWorker::Start(
+      []() -> absl::StatusOr<WorkerRenderer> { return absl::FailedPreconditionError("no GL"); }, &queue);
   EXPECT_THAT(worker, StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("no GL")));
 }
 
@@ -117,7 +120,8 @@ TEST(SceneCacheTest, TheLeastRecentlyUsedGoesFirstAndLivesOnUnderItsUser) {
   const uint64_t one = SceneOf(1000).SizeBytes();
   SceneCache cache(2 * one + one / 2);
   const auto get = [&](const std::string& name, bool* was_here = nullptr) {
-    return *cache.Get(name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }, was_here);
+    return *cache.Get(
+        name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }, was_here);
   };
   get("a");
   const auto b = get("b");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -43,6 +44,38 @@ TEST(EncodeTest, RawIsTheFloatsAndTheDigestIsTheirs) {
   ASSERT_EQ(encoded->bytes.size(), 24 * sizeof(float));
   EXPECT_EQ(std::memcmp(encoded->bytes.data(), rendered.image.data(), encoded->bytes.size()), 0);
   EXPECT_EQ(encoded->pixel_sha256, Sha256Hex(encoded->bytes));
+}
+
+TEST(EncodeTest, VisibilitysPngHas16BitsAChannelPerLightAndADigestOfItsRoundedValues) {
+  RenderedImage rendered{OutputKind::kVisibility, Image(2, 1, 2)};
+  const float values[] = {0, 1, 0.5f, 1.5f};
+  std::copy(std::begin(values), std::end(values), rendered.image.data());
+  const auto encoded = Encode(rendered, Encoding::kPng);
+  ASSERT_OK(encoded);
+  EXPECT_EQ(encoded->channels, 2);
+  EXPECT_EQ(encoded->bytes[24], 16) << "IHDR's bit depth";
+  EXPECT_EQ(encoded->bytes[25], 4) << "IHDR's colour type: two channels";
+  const uint16_t samples[] = {0, 65535, 32768, 65535};
+  EXPECT_EQ(encoded->pixel_sha256, Sha256Hex(samples, sizeof(samples)));
+}
+
+TEST(EncodeTest, APngTellsNeitherTimeNorMaker) {
+  const auto encoded = Encode(Frame(), Encoding::kPng);
+  ASSERT_OK(encoded);
+  for (const char* chunk : {"tIME", "tEXt", "iTXt", "zTXt"}) {
+    EXPECT_EQ(encoded->bytes.find(chunk), std::string::npos) << chunk;
+  }
+}
+
+TEST(EncodeTest, WhatIsBrighterThanWhiteIsWhiteEvenIfInfinite) {
+  RenderedImage rendered{OutputKind::kFrame, Image(1, 1, 4)};
+  rendered.image.data()[0] = 7;
+  rendered.image.data()[1] = std::numeric_limits<float>::infinity();
+  rendered.image.data()[2] = -1;
+  const auto encoded = Encode(rendered, Encoding::kPng);
+  ASSERT_OK(encoded);
+  const uint8_t samples[] = {255, 255, 0};
+  EXPECT_EQ(encoded->pixel_sha256, Sha256Hex(samples, sizeof(samples)));
 }
 
 TEST(EncodeTest, ANanIsInternal) {

@@ -5,55 +5,15 @@
 #include <functional>
 #include <limits>
 
+#include "tests/server/validate_request.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade {
 namespace {
 
-using testing::HasSubstr;
 using Code = absl::StatusCode;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-const std::string kScene = "scenes/" + std::string(64, 'a');
-
-v1::RenderRequest Good() {
-  v1::RenderRequest request;
-  request.set_scene(kScene);
-  v1::LookAt* look_at = request.mutable_camera()->mutable_look_at();
-  look_at->mutable_eye()->set_z(5);
-  look_at->mutable_target();
-  v1::AreaLight* light = request.add_lights();
-  light->mutable_center()->set_y(3);
-  light->mutable_edge_u()->set_x(1);
-  light->mutable_edge_v()->set_z(1);  // cross(u, v) = -y
-  return request;
-}
-
-// A unit cube's bounds and one perspective camera at (0, 0, 4).
-FlatScene Scene() {
-  FlatScene scene;
-  scene.positions = {{-1, -1, -1}, {1, 1, 1}, {1, -1, 0}};
-  scene.normals.assign(3, glm::vec3(0));
-  scene.texcoords.assign(3, glm::vec2(0));
-  scene.indices = {0, 1, 2};
-  Mesh mesh;
-  mesh.vertex_count = mesh.index_count = 3;
-  for (const glm::vec3& p : scene.positions) mesh.bounds.Add(p);
-  scene.meshes = {mesh};
-  scene.materials.resize(1);
-  Node body, eye;
-  body.mesh_count = 1;
-  eye.camera = 0;
-  eye.local[3] = glm::dvec4(0, 0, 4, 1);
-  scene.nodes = {body, eye};
-  SceneCamera camera;
-  camera.fovy_rad = 1;
-  camera.near_m = 0.1;
-  scene.cameras = {camera};
-  scene.scenes = {{"", {0, 1}}};
-  return scene;
-}
 
 struct Row {
   std::string name;
@@ -62,9 +22,6 @@ struct Row {
   std::string message;  // part of it; the field comes first
 };
 
-v1::LookAt& LookAt(v1::RenderRequest& request) { return *request.mutable_camera()->mutable_look_at(); }
-v1::AreaLight& Light(v1::RenderRequest& request) { return *request.mutable_lights(0); }
-
 std::vector<Row> Rows() {
   const Code ok = Code::kOk, bad = Code::kInvalidArgument, later = Code::kUnimplemented;
   using Request = v1::RenderRequest;
@@ -72,87 +29,243 @@ std::vector<Row> Rows() {
       {"AsItIs", [](Request&) {}, ok, ""},
       {"SceneMissing", [](Request& r) { r.clear_scene(); }, bad, "scene: \"\"; must be scenes/"},
       {"SceneUpperCase", [](Request& r) { r.set_scene("scenes/" + std::string(64, 'A')); }, bad, "scene: "},
-      {"WidthAtLimit", [](Request& r) { r.set_width(8192); r.set_height(16); }, ok, ""},
+      {"WidthAtLimit",
+       [](Request& r) {
+         r.set_width(8192);
+         r.set_height(16);
+       },
+       ok, ""},
       {"WidthOverLimit", [](Request& r) { r.set_width(8193); }, bad, "width: 8193; must be 1 to 8192"},
-      {"HeightAtLimit", [](Request& r) { r.set_height(8192); r.set_width(16); }, ok, ""},
+      {"HeightAtLimit",
+       [](Request& r) {
+         r.set_height(8192);
+         r.set_width(16);
+       },
+       ok, ""},
       {"HeightOverLimit", [](Request& r) { r.set_height(100000); }, bad, "height: 100000; must be 1 to 8192"},
       {"SamplesOne", [](Request& r) { r.set_samples(1); }, ok, ""},
       {"SamplesTwo", [](Request& r) { r.set_samples(2); }, bad, "samples: 2; must be 1, 4 or 8"},
       {"SamplesFour", [](Request& r) { r.set_samples(4); }, later, "samples: 4 samples a pixel is not available"},
       {"SceneIndexZero", [](Request& r) { r.set_scene_index(0); }, ok, ""},
       {"SceneIndexOver", [](Request& r) { r.set_scene_index(1); }, bad, "scene_index: 1; the scene has 1"},
-      {"EyeNan", [](Request& r) { LookAt(r).mutable_eye()->set_x(kNan); }, bad, "camera.look_at.eye.x: nan; must be finite"},
-      {"EyeInf", [](Request& r) { LookAt(r).mutable_eye()->set_y(-kInf); }, bad, "camera.look_at.eye.y: -inf; must be finite"},
-      {"EyeHuge", [](Request& r) { LookAt(r).mutable_eye()->set_y(1e16); }, bad, "camera.look_at.eye.y: 1e+16; must be -1e+15 to 1e+15"},
+      {"EyeNan", [](Request& r) { LookAt(r).mutable_eye()->set_x(kNan); }, bad,
+       "camera.look_at.eye.x: nan; must be finite"},
+      {"EyeInf", [](Request& r) { LookAt(r).mutable_eye()->set_y(-kInf); }, bad,
+       "camera.look_at.eye.y: -inf; must be finite"},
+      {"EyeHuge", [](Request& r) { LookAt(r).mutable_eye()->set_y(1e16); }, bad,
+       "camera.look_at.eye.y: 1e+16; must be -1e+15 to 1e+15"},
       {"EyeMissing", [](Request& r) { LookAt(r).clear_eye(); }, bad, "camera.look_at.eye: missing"},
       {"TargetMissing", [](Request& r) { LookAt(r).clear_target(); }, bad, "camera.look_at.target: missing"},
-      {"TargetAtEye", [](Request& r) { LookAt(r).mutable_target()->set_z(5); }, bad, "camera.look_at.target: the same point as eye"},
+      {"TargetAtEye", [](Request& r) { LookAt(r).mutable_target()->set_z(5); }, bad,
+       "camera.look_at.target: the same point as eye"},
       {"UpAlongView", [](Request& r) { LookAt(r).mutable_up()->set_z(1); }, bad, "camera.look_at.up: along the view"},
       {"UpZero", [](Request& r) { LookAt(r).mutable_up(); }, bad, "camera.look_at.up: along the view"},
-      {"FovyZero", [](Request& r) { LookAt(r).set_fovy_deg(0); }, bad, "camera.look_at.fovy_deg: 0; must be over 0"},
+      {"FovyZero", [](Request& r) { LookAt(r).set_fovy_deg(0); }, bad,
+       "camera.look_at.fovy_deg: 0; must be at least 1e-15"},
+      {"FovyUnderflows", [](Request& r) { LookAt(r).set_fovy_deg(1e-300); }, bad,
+       "camera.look_at.fovy_deg: 1e-300; must be at least 1e-15 and under 180"},
       {"FovyWide", [](Request& r) { LookAt(r).set_fovy_deg(179.9); }, ok, ""},
       {"Fovy180", [](Request& r) { LookAt(r).set_fovy_deg(180); }, bad, "camera.look_at.fovy_deg: 180; must be"},
       {"OrthoOne", [](Request& r) { LookAt(r).set_ortho_height_m(1); }, ok, ""},
-      {"OrthoNegative", [](Request& r) { LookAt(r).set_ortho_height_m(-1); }, bad, "camera.look_at.ortho_height_m: -1; must be over 0"},
-      {"NearZero", [](Request& r) { LookAt(r).set_near_m(0); }, bad, "camera.look_at.near_m: 0; must be over 0"},
-      {"FarBelowNear", [](Request& r) { LookAt(r).set_near_m(2); LookAt(r).set_far_m(1); }, bad, "camera.look_at.far_m: 1; must be over near_m (2)"},
+      {"OrthoNegative", [](Request& r) { LookAt(r).set_ortho_height_m(-1); }, bad,
+       "camera.look_at.ortho_height_m: -1; must be 1e-15 to 1e+15"},
+      {"NearZero", [](Request& r) { LookAt(r).set_near_m(0); }, bad,
+       "camera.look_at.near_m: 0; must be 1e-15 to 1e+15"},
+      {"NearUnderflows", [](Request& r) { LookAt(r).set_near_m(1e-300); }, bad,
+       "camera.look_at.near_m: 1e-300; must be 1e-15 to 1e+15"},
+      {"NearSmall", [](Request& r) { LookAt(r).set_near_m(1e-15); }, ok, ""},
+      {"FarNan", [](Request& r) { LookAt(r).set_far_m(kNan); }, bad, "camera.look_at.far_m: nan; must be finite"},
+      {"FarInfinite", [](Request& r) { LookAt(r).set_far_m(kInf); }, bad, "camera.look_at.far_m: inf; must be finite"},
+      {"OrthoHuge", [](Request& r) { LookAt(r).set_ortho_height_m(1e16); }, bad,
+       "camera.look_at.ortho_height_m: 1e+16; must be 1e-15 to 1e+15"},
+      {"OrthoNan", [](Request& r) { LookAt(r).set_ortho_height_m(kNan); }, bad,
+       "camera.look_at.ortho_height_m: nan; must be finite"},
+      {"FovyNan", [](Request& r) { LookAt(r).set_fovy_deg(kNan); }, bad, "camera.look_at.fovy_deg: nan; must be"},
+      {"UpTiny", [](Request& r) { LookAt(r).mutable_up()->set_y(1e-200); }, ok, ""},
+      {"TargetNextToEye", [](Request& r) { LookAt(r).mutable_eye()->set_z(1e-160); }, bad,
+       "camera.look_at.target: the same point as eye"},
+      {"FarBelowNear",
+       [](Request& r) {
+         LookAt(r).set_near_m(2);
+         LookAt(r).set_far_m(1);
+       },
+       bad, "camera.look_at.far_m: 1; must be over near_m (2)"},
       {"FarAlone", [](Request& r) { LookAt(r).set_far_m(100); }, ok, ""},
       {"CameraOfTheScene", [](Request& r) { r.mutable_camera()->set_index(0); }, ok, ""},
-      {"CameraIndexOver", [](Request& r) { r.mutable_camera()->set_index(1); }, bad, "camera.index: 1; the scene has 1"},
+      {"CameraIndexOver", [](Request& r) { r.mutable_camera()->set_index(1); }, bad,
+       "camera.index: 1; the scene has 1"},
       {"NoCamera", [](Request& r) { r.clear_camera(); }, ok, ""},
       {"NoLights", [](Request& r) { r.clear_lights(); }, ok, ""},
-      {"LightsAtLimit", [](Request& r) { while (r.lights_size() < 64) *r.add_lights() = r.lights(0); }, ok, ""},
-      {"LightsOverLimit", [](Request& r) { while (r.lights_size() < 65) *r.add_lights() = r.lights(0); }, bad, "lights: 65; this server takes at most 64"},
+      {"LightsAtLimit",
+       [](Request& r) {
+         while (r.lights_size() < 64) *r.add_lights() = r.lights(0);
+       },
+       ok, ""},
+      {"LightsOverLimit",
+       [](Request& r) {
+         while (r.lights_size() < 65) *r.add_lights() = r.lights(0);
+       },
+       bad, "lights: 65; this server takes at most 64"},
       {"CenterMissing", [](Request& r) { Light(r).clear_center(); }, bad, "lights[0].center: missing"},
       {"CenterNan", [](Request& r) { Light(r).mutable_center()->set_x(kNan); }, bad, "lights[0].center.x: nan"},
       {"EdgesSkewed", [](Request& r) { Light(r).mutable_edge_v()->set_x(0.01); }, bad, "lights[0].edge_v: cosine"},
       {"EdgesNearlyRight", [](Request& r) { Light(r).mutable_edge_v()->set_x(0.0009); }, ok, ""},
       {"DirectionWithTheNormal", [](Request& r) { Light(r).mutable_direction()->set_y(-1); }, ok, ""},
       {"DirectionAgainstTheNormal", [](Request& r) { Light(r).mutable_direction()->set_y(1); }, ok, ""},
-      {"DirectionAside", [](Request& r) { Light(r).mutable_direction()->set_x(1); }, bad, "lights[0].direction: must be + or - normalize(cross(edge_u, edge_v))"},
-      {"DirectionNotUnit", [](Request& r) { Light(r).mutable_direction()->set_y(-2); }, bad, "lights[0].direction: length 2; must be a unit vector"},
-      {"LineWithoutDirection", [](Request& r) { Light(r).clear_edge_v(); }, bad, "lights[0].direction: missing; needed because edge_v has length 0"},
-      {"PointWithoutDirection", [](Request& r) { Light(r).clear_edge_u(); Light(r).clear_edge_v(); }, bad, "lights[0].direction: missing; needed because edge_u has length 0"},
-      {"LineWithDirection", [](Request& r) { Light(r).clear_edge_v(); Light(r).mutable_direction()->set_y(-1); }, ok, ""},
-      {"LineAlongDirection", [](Request& r) { Light(r).clear_edge_v(); Light(r).mutable_direction()->set_x(1); }, bad, "lights[0].direction: must be at right angles"},
-      {"PointWithDirection", [](Request& r) { Light(r).clear_edge_u(); Light(r).clear_edge_v(); Light(r).mutable_direction()->set_y(-1); }, ok, ""},
-      {"RadianceNegative", [](Request& r) { Light(r).mutable_radiance()->set_g(-1); }, bad, "lights[0].radiance.g: -1; must not be negative"},
-      {"RadianceNan", [](Request& r) { Light(r).mutable_radiance()->set_r(float(kNan)); }, bad, "lights[0].radiance.r: nan"},
+      {"DirectionAside", [](Request& r) { Light(r).mutable_direction()->set_x(1); }, bad,
+       "lights[0].direction: must be + or - normalize(cross(edge_u, edge_v))"},
+      {"DirectionNotUnit", [](Request& r) { Light(r).mutable_direction()->set_y(-2); }, bad,
+       "lights[0].direction: length 2; must be a unit vector"},
+      {"LineWithoutDirection", [](Request& r) { Light(r).clear_edge_v(); }, bad,
+       "lights[0].direction: missing; needed because edge_v has length 0"},
+      {"PointWithoutDirection",
+       [](Request& r) {
+         Light(r).clear_edge_u();
+         Light(r).clear_edge_v();
+       },
+       bad, "lights[0].direction: missing; needed because edge_u has length 0"},
+      {"LineWithDirection",
+       [](Request& r) {
+         Light(r).clear_edge_v();
+         Light(r).mutable_direction()->set_y(-1);
+       },
+       ok, ""},
+      {"LineAlongDirection",
+       [](Request& r) {
+         Light(r).clear_edge_v();
+         Light(r).mutable_direction()->set_x(1);
+       },
+       bad, "lights[0].direction: must be at right angles"},
+      {"PointWithDirection",
+       [](Request& r) {
+         Light(r).clear_edge_u();
+         Light(r).clear_edge_v();
+         Light(r).mutable_direction()->set_y(-1);
+       },
+       ok, ""},
+      {"RadianceNegative", [](Request& r) { Light(r).mutable_radiance()->set_g(-1); }, bad,
+       "lights[0].radiance.g: -1; must not be negative"},
+      {"RadianceNan", [](Request& r) { Light(r).mutable_radiance()->set_r(float(kNan)); }, bad,
+       "lights[0].radiance.r: nan"},
+      {"RadianceAtLimit", [](Request& r) { Light(r).mutable_radiance()->set_r(1e28f); }, ok, ""},
+      {"RadianceOverLimit", [](Request& r) { Light(r).mutable_radiance()->set_r(2e28f); }, bad,
+       "lights[0].radiance.r: "},
       {"RadianceZero", [](Request& r) { Light(r).mutable_radiance(); }, ok, ""},
-      {"IntensityInf", [](Request& r) { Light(r).mutable_intensity()->set_b(float(kInf)); }, bad, "lights[0].intensity.b: inf"},
+      {"IntensityInf", [](Request& r) { Light(r).mutable_intensity()->set_b(float(kInf)); }, bad,
+       "lights[0].intensity.b: inf"},
       {"TwoSided", [](Request& r) { Light(r).set_two_sided(true); }, later, "lights[0].two_sided: "},
+      {"EdgeNan", [](Request& r) { Light(r).mutable_edge_u()->set_x(kNan); }, bad, "lights[0].edge_u.x: nan"},
+      {"EdgeInfinite", [](Request& r) { Light(r).mutable_edge_v()->set_z(kInf); }, bad, "lights[0].edge_v.z: inf"},
+      {"TinyEdgesSkewed",
+       [](Request& r) {
+         Light(r).mutable_edge_u()->set_x(1e-160);
+         Light(r).mutable_edge_v()->set_z(1e-160);
+         Light(r).mutable_edge_v()->set_x(1e-160);
+       },
+       bad, "lights[0].edge_v: cosine"},
+      {"DirectionNan", [](Request& r) { Light(r).mutable_direction()->set_y(kNan); }, bad,
+       "lights[0].direction.y: nan"},
+      {"SecondLightsFault",
+       [](Request& r) {
+         *r.add_lights() = r.lights(0);
+         r.mutable_lights(1)->clear_center();
+       },
+       bad, "lights[1].center: missing"},
       {"MethodHard", [](Request& r) { r.mutable_method()->mutable_hard(); }, ok, ""},
-      {"HardMapSizeLow", [](Request& r) { r.mutable_method()->mutable_hard()->set_map_size(15); }, bad, "method.hard.map_size: 15; must be 16 to 8192"},
+      {"HardMapSizeLow", [](Request& r) { r.mutable_method()->mutable_hard()->set_map_size(15); }, bad,
+       "method.hard.map_size: 15; must be 16 to 8192"},
       {"HardMapSizeHigh", [](Request& r) { r.mutable_method()->mutable_hard()->set_map_size(8192); }, ok, ""},
-      {"KZero", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(0); }, bad, "method.multi_map.k: 0; must be 1 to 4096"},
+      {"KZero", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(0); }, bad,
+       "method.multi_map.k: 0; must be 1 to 4096"},
       {"KOne", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(1); }, ok, ""},
-      {"KHigh", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(4097); }, bad, "method.multi_map.k: 4097; must be 1 to 4096"},
-      {"MultiMapMapSize", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_map_size(9000); }, bad, "method.multi_map.map_size: 9000"},
+      {"KHigh", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(4097); }, bad,
+       "method.multi_map.k: 4097; must be 1 to 4096"},
+      {"MultiMapMapSize", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_map_size(9000); }, bad,
+       "method.multi_map.map_size: 9000"},
       {"MethodSsm", [](Request& r) { r.mutable_method()->mutable_ssm(); }, later, "method.ssm: "},
       {"MethodAuto", [](Request& r) { r.mutable_method()->mutable_auto_(); }, later, "method.auto: "},
       {"GroundGood", [](Request& r) { r.mutable_ground()->set_size_m(10); }, ok, ""},
-      {"GroundZero", [](Request& r) { r.mutable_ground()->set_size_m(0); }, bad, "ground.size_m: 0; must be over 0"},
-      {"GroundNan", [](Request& r) { r.mutable_ground()->set_size_m(1); r.mutable_ground()->set_height_m(kNan); }, bad, "ground.height_m: nan"},
-      {"ShadowCatcher", [](Request& r) { r.mutable_ground()->set_size_m(1); r.mutable_ground()->set_shadow_catcher(true); }, later, "ground.shadow_catcher: "},
+      {"GroundZero", [](Request& r) { r.mutable_ground()->set_size_m(0); }, bad,
+       "ground.size_m: 0; must be 1e-15 to 1e+15"},
+      {"GroundAtLimit", [](Request& r) { r.mutable_ground()->set_size_m(1e15); }, ok, ""},
+      {"GroundOverLimit", [](Request& r) { r.mutable_ground()->set_size_m(1.1e15); }, bad,
+       "ground.size_m: 1.1e+15; must be 1e-15 to 1e+15"},
+      {"GroundNan",
+       [](Request& r) {
+         r.mutable_ground()->set_size_m(1);
+         r.mutable_ground()->set_height_m(kNan);
+       },
+       bad, "ground.height_m: nan"},
+      {"ShadowCatcher",
+       [](Request& r) {
+         r.mutable_ground()->set_size_m(1);
+         r.mutable_ground()->set_shadow_catcher(true);
+       },
+       later, "ground.shadow_catcher: "},
       {"Fog", [](Request& r) { r.mutable_fog(); }, later, "fog: "},
       {"AnimationPose", [](Request& r) { r.mutable_animation(); }, later, "animation: "},
       {"NodeOverride", [](Request& r) { r.add_node_overrides(); }, later, "node_overrides: "},
       {"BudgetAsked", [](Request& r) { r.mutable_budget(); }, later, "budget: "},
       {"CertifyAsked", [](Request& r) { r.mutable_certify(); }, later, "certify: "},
       {"ExposureHigh", [](Request& r) { r.mutable_shading()->set_exposure_ev(32); }, ok, ""},
-      {"ExposureTooHigh", [](Request& r) { r.mutable_shading()->set_exposure_ev(33); }, bad, "shading.exposure_ev: 33; must be -32 to 32"},
-      {"AmbientNegative", [](Request& r) { r.mutable_shading()->mutable_ambient()->set_r(-1); }, bad, "shading.ambient.r: -1"},
-      {"BackgroundNan", [](Request& r) { r.mutable_shading()->mutable_background()->set_b(float(kNan)); }, bad, "shading.background.b: nan"},
-      {"ToneMapAces", [](Request& r) { r.mutable_shading()->set_tone_map(v1::TONE_MAP_ACES); }, later, "shading.tone_map: ACES"},
-      {"ToneMapUnknown", [](Request& r) { r.mutable_shading()->set_tone_map(v1::ToneMap(77)); }, bad, "shading.tone_map: 77; no such"},
-      {"OutputDepth", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_DEPTH); }, later, "outputs[0].kind: DEPTH"},
-      {"OutputUnknown", [](Request& r) { r.add_outputs(); r.add_outputs()->set_kind(v1::OutputKind(99)); }, bad, "outputs[1].kind: 99; no such kind"},
-      {"OutputExr", [](Request& r) { r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF); }, later, "outputs[0].encoding: EXR_HALF"},
-      {"EncodingUnknown", [](Request& r) { r.add_outputs()->set_encoding(v1::Encoding(42)); }, bad, "outputs[0].encoding: 42; no such"},
-      {"VisibilityPngOfFour", [](Request& r) { while (r.lights_size() < 4) *r.add_lights() = r.lights(0); r.set_width(64); r.add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY); }, ok, ""},
-      {"VisibilityPngOfFive", [](Request& r) { while (r.lights_size() < 5) *r.add_lights() = r.lights(0); r.set_width(64); r.add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY); }, bad, "outputs[0].encoding: PNG holds 4 channels"},
-      {"ReplyFits", [](Request& r) { r.set_width(1024); r.set_height(1024); v1::Output* o = r.add_outputs(); o->set_kind(v1::OUTPUT_KIND_VISIBILITY); o->set_encoding(v1::ENCODING_RAW_F32); }, ok, ""},
-      {"ReplyTooLarge", [](Request& r) { r.set_width(1025); r.set_height(1024); v1::Output* o = r.add_outputs(); o->set_kind(v1::OUTPUT_KIND_VISIBILITY); o->set_encoding(v1::ENCODING_RAW_F32); }, Code::kFailedPrecondition, "outputs: 4198400 bytes before compression; Render returns at most 4194304, use RenderStream"},
+      {"ExposureTooHigh", [](Request& r) { r.mutable_shading()->set_exposure_ev(33); }, bad,
+       "shading.exposure_ev: 33; must be -32 to 32"},
+      {"AmbientNegative", [](Request& r) { r.mutable_shading()->mutable_ambient()->set_r(-1); }, bad,
+       "shading.ambient.r: -1"},
+      {"BackgroundNan", [](Request& r) { r.mutable_shading()->mutable_background()->set_b(float(kNan)); }, bad,
+       "shading.background.b: nan"},
+      {"ExposureNan", [](Request& r) { r.mutable_shading()->set_exposure_ev(kNan); }, bad, "shading.exposure_ev: nan"},
+      {"AmbientInfinite", [](Request& r) { r.mutable_shading()->mutable_ambient()->set_g(float(kInf)); }, bad,
+       "shading.ambient.g: inf"},
+      {"ToneMapAces", [](Request& r) { r.mutable_shading()->set_tone_map(v1::TONE_MAP_ACES); }, later,
+       "shading.tone_map: ACES"},
+      {"ToneMapUnknown", [](Request& r) { r.mutable_shading()->set_tone_map(v1::ToneMap(77)); }, bad,
+       "shading.tone_map: 77; no such"},
+      {"OutputDepth", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_DEPTH); }, later,
+       "outputs[0].kind: DEPTH"},
+      {"OutputUnknown",
+       [](Request& r) {
+         r.add_outputs();
+         r.add_outputs()->set_kind(v1::OutputKind(99));
+       },
+       bad, "outputs[1].kind: 99; no such kind"},
+      {"OutputExr", [](Request& r) { r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF); }, later,
+       "outputs[0].encoding: EXR_HALF"},
+      {"EncodingUnknown", [](Request& r) { r.add_outputs()->set_encoding(v1::Encoding(42)); }, bad,
+       "outputs[0].encoding: 42; no such"},
+      {"VisibilityPngOfFour",
+       [](Request& r) {
+         while (r.lights_size() < 4) *r.add_lights() = r.lights(0);
+         r.set_width(64);
+         r.add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY);
+       },
+       ok, ""},
+      {"VisibilityPngOfFive",
+       [](Request& r) {
+         while (r.lights_size() < 5) *r.add_lights() = r.lights(0);
+         r.set_width(64);
+         r.add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY);
+       },
+       bad, "outputs[0].encoding: PNG holds 4 channels"},
+      {"ReplyFits",
+       [](Request& r) {
+         r.set_width(1024);
+         r.set_height(1024);
+         v1::Output* o = r.add_outputs();
+         o->set_kind(v1::OUTPUT_KIND_VISIBILITY);
+         o->set_encoding(v1::ENCODING_RAW_F32);
+       },
+       ok, ""},
+      {"ReplyTooLarge",
+       [](Request& r) {
+         r.set_width(1025);
+         r.set_height(1024);
+         v1::Output* o = r.add_outputs();
+         o->set_kind(v1::OUTPUT_KIND_VISIBILITY);
+         o->set_encoding(v1::ENCODING_RAW_F32);
+       },
+       Code::kFailedPrecondition,
+       "outputs: 4198400 bytes before compression; Render returns at most 4194304, use RenderStream"},
       {"CacheUnknown", [](Request& r) { r.set_cache(v1::CacheMode(9)); }, bad, "cache: 9; no such mode"},
       {"CacheRefresh", [](Request& r) { r.set_cache(v1::CACHE_MODE_REFRESH); }, ok, ""},
   };
@@ -160,7 +273,7 @@ std::vector<Row> Rows() {
 
 class ValidateRenderTest : public testing::TestWithParam<Row> {};
 INSTANTIATE_TEST_SUITE_P(Fields, ValidateRenderTest, testing::ValuesIn(Rows()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& row) { return row.param.name; });
 
 TEST_P(ValidateRenderTest, AnswersWithCodeFieldAndBound) {
   v1::RenderRequest request = Good();
@@ -175,64 +288,19 @@ TEST_P(ValidateRenderTest, AnswersWithCodeFieldAndBound) {
   }
 }
 
-TEST(ValidateRenderTest, SizeDefaultsTo1280By720) {
+TEST(CheckRenderFieldsTest, NeedsNoSceneAndLeavesToItOnlyWhatTheSceneDecides) {
   v1::RenderRequest request = Good();
-  const auto result = ValidateRender(request, Scene(), Limits());
-  ASSERT_OK(result);
-  EXPECT_EQ(result->request.width, 1280);
-  EXPECT_EQ(result->request.height, 720);
-}
-
-TEST(ValidateRenderTest, AxesAreMadeExactAndRightHanded) {
-  v1::RenderRequest request = Good();
-  Light(request).mutable_edge_v()->set_x(0.0009);
-  for (const double sign : {-1.0, 1.0}) {
-    Light(request).mutable_direction()->set_y(sign);
-    const auto result = ValidateRender(request, Scene(), Limits());
-    ASSERT_OK(result);
-    const AreaLight& light = result->request.lights[0];
-    EXPECT_NEAR(glm::dot(light.axis_u_ws, light.axis_v_ws), 0, 1e-15);
-    EXPECT_NEAR(glm::length(glm::cross(light.axis_u_ws, light.axis_v_ws) - light.normal_ws), 0, 1e-15);
-    EXPECT_NEAR(light.normal_ws.y, sign, 1e-6);
+  request.set_scene_index(7);
+  request.mutable_camera()->set_index(7);
+  EXPECT_OK(CheckRenderFields(request, Limits()));
+  for (const Row& row : Rows()) {
+    if (row.name == "SceneIndexOver" || row.name == "CameraIndexOver") continue;
+    v1::RenderRequest changed = Good();
+    changed.set_width(320);
+    changed.set_height(180);
+    row.change(changed);
+    EXPECT_EQ(CheckRenderFields(changed, Limits()).code(), row.code) << row.name;
   }
-}
-
-TEST(ValidateRenderTest, ALightWithoutPowerSuitsItsDistanceWhateverTheScale) {
-  v1::RenderRequest request = Good();
-  const auto near = ValidateRender(request, Scene(), Limits());
-  Light(request).mutable_center()->set_y(300);
-  Light(request).mutable_edge_u()->set_x(100);
-  Light(request).mutable_edge_v()->set_z(100);
-  const auto far = ValidateRender(request, Scene(), Limits());
-  ASSERT_OK(near);
-  ASSERT_OK(far);
-  EXPECT_FLOAT_EQ(near->request.lights[0].radiance.r, far->request.lights[0].radiance.r);
-}
-
-TEST(ValidateRenderTest, ABareSceneGetsCameraLightAndGround) {
-  v1::RenderRequest request;
-  request.set_scene(kScene);
-  const auto result = ValidateRender(request, Scene(), Limits());
-  ASSERT_OK(result);
-  EXPECT_EQ(result->request.lights.size(), 1u);
-  EXPECT_TRUE(result->request.ground.has_value());
-  EXPECT_EQ(std::get<MultiMapOptions>(result->request.method).k, 64);
-  EXPECT_THAT(result->request.method_reason, HasSubstr("no method asked"));
-}
-
-TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
-  v1::RenderRequest request = Good();
-  const auto key = [&] { return ContentKey(kScene, *ValidateRender(request, Scene(), Limits()), "1", "gl"); };
-  const std::string first = key();
-  EXPECT_EQ(first, key());
-  request.set_expected_frames(9);
-  request.set_width(1280);  // the default said aloud
-  EXPECT_EQ(first, key());
-  request.set_seed(1);
-  EXPECT_NE(first, key());
-  request.set_seed(0);
-  request.mutable_method()->mutable_multi_map()->set_k(65);
-  EXPECT_NE(first, key());
 }
 
 }  // namespace

@@ -1,0 +1,195 @@
+// What ValidateRender makes of a good request; validate_test.cc has what it refuses.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "server/validate.h"
+#include "tests/server/validate_request.h"
+#include "tests/support/status_matchers.h"
+
+namespace halfshade {
+namespace {
+
+using testing::HasSubstr;
+using Code = absl::StatusCode;
+
+TEST(ValidateRenderTest, SizeDefaultsTo1280By720) {
+  v1::RenderRequest request = Good();
+  const auto result = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(result);
+  EXPECT_EQ(result->request.width, 1280);
+  EXPECT_EQ(result->request.height, 720);
+}
+
+TEST(ValidateRenderTest, AxesAreMadeExactAndRightHanded) {
+  v1::RenderRequest request = Good();
+  Light(request).mutable_edge_v()->set_x(0.0009);
+  for (const double sign : {-1.0, 1.0}) {
+    Light(request).mutable_direction()->set_y(sign);
+    const auto result = ValidateRender(request, Scene(), Limits());
+    ASSERT_OK(result);
+    const AreaLight& light = result->request.lights[0];
+    EXPECT_NEAR(glm::dot(light.axis_u_ws, light.axis_v_ws), 0, 1e-15);
+    EXPECT_NEAR(glm::length(glm::cross(light.axis_u_ws, light.axis_v_ws) - light.normal_ws), 0, 1e-15);
+    EXPECT_NEAR(light.normal_ws.y, sign, 1e-6);
+  }
+}
+
+// Edges of 1e-300 to 1e15 m on lights near and far, in every order: squares of most of them under- or overflow.
+TEST(ValidateRenderTest, WhatIsAcceptedIsFiniteAndItsAxesAreUnitWhateverTheScale) {
+  const auto is_unit = [](const glm::dvec3& v) { return std::abs(glm::length(v) - 1) < 1e-12; };
+  const auto is_float = [](double value) { return std::isfinite(float(value)); };
+  const double scales[] = {1e-300, 1e-160, 1e-20, 1e-9, 1, 1e9, 1e15};
+  for (const double u : scales) {
+    for (const double v : scales) {
+      for (const double away : {0.0, 1e-160, 3.0, 1e15}) {
+        for (const float radiance : {-1.0f, 1.0f, 1e28f}) {
+          v1::RenderRequest request = Good();
+          Light(request).mutable_edge_u()->set_x(u);
+          Light(request).mutable_edge_v()->set_z(v);
+          Light(request).mutable_center()->set_y(away);
+          if (radiance > 0) Light(request).mutable_radiance()->set_r(radiance);
+          SCOPED_TRACE(request.lights(0).ShortDebugString());
+          const auto result = ValidateRender(request, Scene(), Limits());
+          ASSERT_OK(result);
+          const AreaLight& light = result->request.lights[0];
+          EXPECT_TRUE(is_unit(light.axis_u_ws) && is_unit(light.axis_v_ws) && is_unit(light.normal_ws));
+          EXPECT_TRUE(is_float(light.radiance.r) && is_float(light.radiance.g));
+          EXPECT_TRUE(is_float(light.intensity.r) && is_float(light.intensity.g));
+          EXPECT_TRUE(is_float(std::exp2(32) * light.intensity.g)) << "the largest exposure";
+        }
+      }
+    }
+  }
+}
+
+TEST(ValidateRenderTest, AnEdgeBelowAMillionthOfTheDistanceMakesALineOrAPointOfTheSamePower) {
+  v1::RenderRequest request = Good();  // 3 m from the target
+  Light(request).mutable_edge_v()->set_z(2e-6);
+  Light(request).mutable_radiance()->set_r(5e6);
+  const auto line = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(line);
+  EXPECT_EQ(line->request.lights[0].width_m, 1);
+  EXPECT_EQ(line->request.lights[0].height_m, 0);
+  EXPECT_FLOAT_EQ(line->request.lights[0].intensity.r, 10);
+  Light(request).mutable_edge_u()->set_x(1e-9);
+  Light(request).mutable_intensity()->set_r(7);
+  const auto point = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(point);
+  EXPECT_EQ(point->request.lights[0].width_m, 0);
+  EXPECT_EQ(point->request.lights[0].intensity.r, 7) << "asked for, so not what radiance would give";
+  Light(request).mutable_edge_u()->set_x(1);
+  Light(request).mutable_edge_v()->set_z(4e-6);
+  const auto rectangle = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(rectangle);
+  EXPECT_EQ(rectangle->request.lights[0].height_m, 4e-6);
+  EXPECT_FLOAT_EQ(rectangle->request.lights[0].radiance.r, 5e6);
+}
+
+TEST(ValidateRenderTest, ACameraOnANodeScaledToNothingIsRefused) {
+  FlatScene scene = Scene();
+  scene.nodes[1].local = glm::dmat4(0);
+  scene.nodes[1].local[3] = glm::dvec4(0, 0, 4, 1);
+  v1::RenderRequest request = Good();
+  request.mutable_camera()->set_index(0);
+  EXPECT_THAT(ValidateRender(request, scene, Limits()),
+              StatusIs(Code::kInvalidArgument, HasSubstr("camera.index: 0; the node's matrix")));
+}
+
+TEST(ValidateRenderTest, AFrameAsRawFloatsIsTooLargeForRenderAtTheDefaultSizeAndOutputsAddUp) {
+  v1::RenderRequest request = Good();
+  const auto code = [&] { return ValidateRender(request, Scene(), Limits()).status().code(); };
+  request.add_outputs();  // 2.8 MB
+  EXPECT_EQ(code(), Code::kOk);
+  request.add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY);  // 1.8 MB
+  EXPECT_EQ(code(), Code::kFailedPrecondition);
+  request.clear_outputs();
+  request.add_outputs()->set_encoding(v1::ENCODING_RAW_F32);  // 14.7 MB
+  EXPECT_EQ(code(), Code::kFailedPrecondition);
+}
+
+TEST(ValidateRenderTest, ALightWithoutPowerSuitsItsDistanceWhateverTheScale) {
+  v1::RenderRequest request = Good();
+  const auto near = ValidateRender(request, Scene(), Limits());
+  Light(request).mutable_center()->set_y(300);
+  Light(request).mutable_edge_u()->set_x(100);
+  Light(request).mutable_edge_v()->set_z(100);
+  const auto far = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(near);
+  ASSERT_OK(far);
+  EXPECT_FLOAT_EQ(near->request.lights[0].radiance.r, far->request.lights[0].radiance.r);
+}
+
+TEST(ValidateRenderTest, ABareSceneGetsCameraLightAndGround) {
+  v1::RenderRequest request;
+  request.set_scene(kScene);
+  const auto result = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(result);
+  EXPECT_EQ(result->request.lights.size(), 1u);
+  EXPECT_TRUE(result->request.ground.has_value());
+  EXPECT_EQ(std::get<MultiMapOptions>(result->request.method).k, 64);
+  EXPECT_THAT(result->request.method_reason, HasSubstr("no method asked"));
+}
+
+TEST(ValidateRenderTest, EveryMethodButHardAndMultiMapIsUnimplementedByItsName) {
+  const auto* fields = v1::Method::descriptor();
+  for (int i = 0; i < fields->field_count(); ++i) {
+    const auto* field = fields->field(i);
+    v1::RenderRequest request = Good();
+    v1::Method* method = request.mutable_method();
+    method->GetReflection()->MutableMessage(method, field);
+    const absl::Status status = CheckRenderFields(request, Limits());
+    if (field->name() == "hard" || field->name() == "multi_map") {
+      EXPECT_OK(status);
+    } else {
+      EXPECT_THAT(status, StatusIs(Code::kUnimplemented, HasSubstr("method." + field->name() + ": ")));
+    }
+  }
+}
+
+TEST(ValidateRenderTest, EveryKindAndEncodingButFourIsUnimplementedByItsName) {
+  for (int kind = 0; kind < v1::OutputKind_ARRAYSIZE; ++kind) {
+    for (int encoding = 0; encoding < v1::Encoding_ARRAYSIZE; ++encoding) {
+      v1::RenderRequest request = Good();
+      request.set_width(64);
+      v1::Output* output = request.add_outputs();
+      output->set_kind(v1::OutputKind(kind));
+      output->set_encoding(v1::Encoding(encoding));
+      const absl::Status status = CheckRenderFields(request, Limits());
+      SCOPED_TRACE(output->ShortDebugString());
+      const auto name = [](const std::string& full, const char* prefix) {
+        return full.substr(std::strlen(prefix)) + " is";
+      };
+      if (kind > v1::OUTPUT_KIND_VISIBILITY) {
+        EXPECT_THAT(status, StatusIs(Code::kUnimplemented,
+                                     HasSubstr("outputs[0].kind: " +
+                                               name(v1::OutputKind_Name(v1::OutputKind(kind)), "OUTPUT_KIND_"))));
+      } else if (encoding > v1::ENCODING_PNG && encoding != v1::ENCODING_RAW_F32) {
+        EXPECT_THAT(status, StatusIs(Code::kUnimplemented,
+                                     HasSubstr("outputs[0].encoding: " +
+                                               name(v1::Encoding_Name(v1::Encoding(encoding)), "ENCODING_"))));
+      } else {
+        EXPECT_OK(status);
+      }
+    }
+  }
+}
+
+TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
+  v1::RenderRequest request = Good();
+  const auto key = [&] { return ContentKey(kScene, *ValidateRender(request, Scene(), Limits()), "1", "gl"); };
+  const std::string first = key();
+  EXPECT_EQ(first, key());
+  request.set_expected_frames(9);
+  request.set_width(1280);  // the default said aloud
+  EXPECT_EQ(first, key());
+  request.set_seed(1);
+  EXPECT_NE(first, key());
+  request.set_seed(0);
+  request.mutable_method()->mutable_multi_map()->set_k(65);
+  EXPECT_NE(first, key());
+}
+
+}  // namespace
+}  // namespace halfshade
