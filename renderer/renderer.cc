@@ -48,8 +48,8 @@ class Frame {
     plan_ = PlanFrame(scene_, pose_, request_);
     DescribePlan();
     if (plan_.needs_shading) {
-      RETURN_IF_ERROR(Timed("materials", &report_.upload_ms,
-                            [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
+      RETURN_IF_ERROR(
+          Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
     }
     RETURN_IF_ERROR(Timed("gbuffer", &report_.shade_ms, [&]() -> absl::Status {
       ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
@@ -131,8 +131,7 @@ class Frame {
     const bool computes = plan.outcome == LightOutcome::kCompute;
     if (computes) {
       RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(occluders,
-                         OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
+        ASSIGN_OR_RETURN(occluders, OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
         const LightInputs inputs = {occluders.get(), light, request_.seed + uint32_t(index), kMaxLightDataBytes};
         ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
         report_.passes.back().count = data->MapsDrawn();
@@ -145,8 +144,7 @@ class Frame {
       if (computes) {
         ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
       }
-      ASSIGN_OR_RETURN(visibility,
-                       FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
+      ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
       return absl::OkStatus();
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,

@@ -48,9 +48,9 @@ class Renderer {
   static absl::StatusOr<std::unique_ptr<Renderer>> Create(gl::Context* context, ImageDecoder decoder);
   virtual ~Renderer() = default;
 
-  // `scene_name` keys the GL buffers that stay on the context between calls; `scene` must be the same for the same name.
-  // Errors: what `stop` returns (CANCELLED, DEADLINE_EXCEEDED); UNIMPLEMENTED naming what is missing; INVALID_ARGUMENT
-  // where only the scene tells (scene_index); INTERNAL for a GL error or a NaN.
+  // `scene_name` keys the GL buffers that stay on the context between calls; `scene` must be the same for the same
+  // name. Errors: what `stop` returns (CANCELLED, DEADLINE_EXCEEDED); UNIMPLEMENTED naming what is missing;
+  // INVALID_ARGUMENT where only the scene tells (scene_index); INTERNAL for a GL error or a NaN.
   virtual absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                               const RenderRequest& request, const StopCheck& stop) = 0;
 

@@ -9,15 +9,15 @@
 namespace halfshade {
 
 struct PassReport {
-  std::string name{};           // "light[0]/multi_map", "gbuffer", "shade", ...
-  double ms = 0;                // wall, GL work included
+  std::string name{};  // "light[0]/multi_map", "gbuffer", "shade", ...
+  double ms = 0;       // wall, GL work included
   bool is_skipped = false;
-  std::string reason{};         // of a skip: "light[0]: radiance is zero"
-  uint64_t count = 0;           // what the pass counts: maps drawn, pixels, triangles
+  std::string reason{};  // of a skip: "light[0]: radiance is zero"
+  uint64_t count = 0;    // what the pass counts: maps drawn, pixels, triangles
 };
 
 struct CacheReport {
-  std::string name{};           // "scene", "scene_on_context", "light_data", "programs"
+  std::string name{};  // "scene", "scene_on_context", "light_data", "programs"
   uint64_t hits = 0;
   uint64_t misses = 0;
   uint64_t bytes = 0;
@@ -31,8 +31,8 @@ struct RenderReport {
   double share_umbra = 0;
   double share_penumbra = 0;
   double share_lit = 0;
-  double max_sum = 0;           // largest visibility or occlusion sum before clamping
-  double upload_ms = 0;         // scene to GL
+  double max_sum = 0;    // largest visibility or occlusion sum before clamping
+  double upload_ms = 0;  // scene to GL
   double light_ms = 0;
   double resolve_ms = 0;
   double shade_ms = 0;

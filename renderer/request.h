@@ -23,12 +23,12 @@ struct Camera {
   glm::dvec3 right_ws{1, 0, 0};
   glm::dvec3 up_ws{0, 1, 0};
   glm::dvec3 forward_ws{0, 0, -1};
-  glm::dvec3 target_ws{0};       // what it looks at; centres the ground
+  glm::dvec3 target_ws{0};  // what it looks at; centres the ground
   bool is_orthographic = false;
-  double tan_half_fovy = 0.4;    // perspective
-  double ortho_height_m = 1;     // orthographic: full height of the view
-  double near_m = 0.01;          // > 0
-  double far_m = 0;              // 0: infinite
+  double tan_half_fovy = 0.4;  // perspective
+  double ortho_height_m = 1;   // orthographic: full height of the view
+  double near_m = 0.01;        // > 0
+  double far_m = 0;            // 0: infinite
 };
 
 // A rectangle (or, with one zero edge, a line; with two, a point) that emits toward normal_ws.
@@ -38,31 +38,31 @@ struct AreaLight {
   glm::dvec3 axis_u_ws{1, 0, 0};
   glm::dvec3 axis_v_ws{0, 1, 0};
   glm::dvec3 normal_ws{0, 0, 1};
-  double width_m = 0;            // full edge along axis_u, >= 0
-  double height_m = 0;           // full edge along axis_v, >= 0
-  glm::vec3 radiance{0};         // W/(sr m^2), rectangles
-  glm::vec3 intensity{0};        // W/sr along the normal, falling with the cosine: lines and points
+  double width_m = 0;      // full edge along axis_u, >= 0
+  double height_m = 0;     // full edge along axis_v, >= 0
+  glm::vec3 radiance{0};   // W/(sr m^2), rectangles
+  glm::vec3 intensity{0};  // W/sr along the normal, falling with the cosine: lines and points
   bool is_two_sided = false;
 };
 
 struct Ground {
   double height_m = 0;
-  double size_m = 1;             // full edge
+  double size_m = 1;  // full edge
   bool is_shadow_catcher = false;
 };
 
 struct HardOptions {
-  int map_size = 2048;           // texels a side, 16..8192
+  int map_size = 2048;  // texels a side, 16..8192
 };
 struct MultiMapOptions {
-  int k = 64;                    // maps, 1..4096
-  int map_size = 1024;           // texels a side, 16..8192
+  int k = 64;           // maps, 1..4096
+  int map_size = 1024;  // texels a side, 16..8192
 };
 using MethodOptions = std::variant<HardOptions, MultiMapOptions>;
 
 enum class OutputKind : uint8_t {
-  kFrame,             // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) and coverage
-  kVisibility,        // [h][w][lights] v in [0,1], 1 = lit
+  kFrame,       // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) and coverage
+  kVisibility,  // [h][w][lights] v in [0,1], 1 = lit
   kDepth,
   kNormal,
   kAlbedo,
@@ -75,10 +75,10 @@ enum class OutputKind : uint8_t {
 enum class ToneMap : uint8_t { kNone, kAces, kNeutral };
 
 struct Shading {
-  glm::vec3 ambient{0.03f};      // radiance that reaches every point from everywhere
-  double exposure_ev = 0;        // colours are multiplied by 2^exposure_ev
+  glm::vec3 ambient{0.03f};  // radiance that reaches every point from everywhere
+  double exposure_ev = 0;    // colours are multiplied by 2^exposure_ev
   ToneMap tone_map = ToneMap::kNone;
-  glm::vec3 background{0.18f};   // linear
+  glm::vec3 background{0.18f};  // linear
 };
 
 struct RenderRequest {
@@ -90,7 +90,7 @@ struct RenderRequest {
   int samples = 1;
   std::vector<AreaLight> lights;
   MethodOptions method;
-  std::string method_reason;     // why this method, for the report
+  std::string method_reason;  // why this method, for the report
   std::vector<OutputKind> outputs;
   Shading shading;
   uint32_t seed = 0;

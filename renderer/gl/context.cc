@@ -9,7 +9,7 @@ namespace halfshade::gl {
 namespace {
 
 void GLAD_API_PTR KeepFirstError(GLenum, GLenum type, GLuint, GLenum severity, GLsizei, const GLchar* message,
-                             const void* first_error) {
+                                 const void* first_error) {
   if (type != GL_DEBUG_TYPE_ERROR && severity != GL_DEBUG_SEVERITY_HIGH) return;
   // The callback is synchronous, on the context's thread; the string belongs to the context that the pointer came from.
   auto& first = *static_cast<std::string*>(const_cast<void*>(first_error));

@@ -33,11 +33,11 @@ class Context {
   virtual void ReleaseCurrent() = 0;
 
   const GladGLContext& gl() const { return *gl_; }
-  Backend backend() const { return backend_; }          // never kAuto
-  const std::string& renderer() const { return renderer_; }  // GL_RENDERER
-  const std::string& version() const { return version_; }    // GL_VERSION
+  Backend backend() const { return backend_; }                     // never kAuto
+  const std::string& renderer() const { return renderer_; }        // GL_RENDERER
+  const std::string& version() const { return version_; }          // GL_VERSION
   const std::string& description() const { return description_; }  // "EGL device 0 (EGL_MESA_device_software)"
-  bool IsSoftware() const { return is_software_; }           // llvmpipe or softpipe
+  bool IsSoftware() const { return is_software_; }                 // llvmpipe or softpipe
 
   // The one error check: glGetError, and the first KHR_debug error message since the last call. `pass` names the pass
   // in the INTERNAL error. Call once per pass, in every build.
@@ -60,7 +60,7 @@ class Context {
 
 // One line per thing tried, for `halfshade doctor`.
 struct DoctorLine {
-  std::string what;    // "EGL device 0", "EGL surfaceless", "OSMesa"
+  std::string what;  // "EGL device 0", "EGL surfaceless", "OSMesa"
   bool is_ok = false;
   std::string detail;  // GL_RENDERER and version, or why it failed and what to do
 };

@@ -1,5 +1,5 @@
-// The ways to a context that context.cc chooses from. Each opens its library at run time, so that a program starts, and can
-// say what to install, where one of them is missing.
+// The ways to a context that context.cc chooses from. Each opens its library at run time, so that a program starts, and
+// can say what to install, where one of them is missing.
 #pragma once
 
 #include <absl/status/statusor.h>

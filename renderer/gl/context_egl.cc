@@ -83,8 +83,9 @@ class EglContext : public Context {
     EGLConfig config = nullptr;
     EGLint count = 0;
     if (egl.ChooseConfig(display, config_wish, &config, 1, &count) != EGL_TRUE || count == 0) config = nullptr;
-    const EGLint wish[] = {EGL_CONTEXT_MAJOR_VERSION, 4, EGL_CONTEXT_MINOR_VERSION, 5,
-                           EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    const EGLint wish[] = {
+        EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 5, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
     context->context_ = egl.CreateContext(display, config, EGL_NO_CONTEXT, wish);
     if (context->context_ == EGL_NO_CONTEXT) return EglFailure(egl, "eglCreateContext(4.5 core)");
     RETURN_IF_ERROR(context->MakeCurrent());
@@ -107,9 +108,7 @@ class EglContext : public Context {
     return absl::OkStatus();
   }
 
-  void ReleaseCurrent() override {
-    egl_.MakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-  }
+  void ReleaseCurrent() override { egl_.MakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }
 
  private:
   EglContext(const Egl& egl, EGLDisplay display) : egl_(egl), display_(display) {}
@@ -141,7 +140,8 @@ absl::StatusOr<std::unique_ptr<Context>> CreateEgl(const Candidate& candidate) {
     if (size_t(candidate.egl_device) >= devices.size()) return absl::NotFoundError("there is no such device");
     const EGLDeviceEXT device = devices[candidate.egl_device];
     display = egl->GetPlatformDisplay(EGL_PLATFORM_DEVICE_EXT, device, nullptr);
-    const char* extensions = egl->QueryDeviceString != nullptr ? egl->QueryDeviceString(device, EGL_EXTENSIONS) : nullptr;
+    const char* extensions =
+        egl->QueryDeviceString != nullptr ? egl->QueryDeviceString(device, EGL_EXTENSIONS) : nullptr;
     if (extensions != nullptr) description += std::string(" (") + extensions + ")";
   } else {
     display = egl->GetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);

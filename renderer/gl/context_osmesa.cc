@@ -47,8 +47,15 @@ class OsmesaContext : public Context {
     auto context = std::unique_ptr<OsmesaContext>(new OsmesaContext(osmesa));
     context->backend_ = Backend::kOsmesa;
     context->description_ = "OSMesa";
-    const int wish[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_PROFILE, OSMESA_CORE_PROFILE, OSMESA_CONTEXT_MAJOR_VERSION,
-                        4, OSMESA_CONTEXT_MINOR_VERSION, 5, 0};
+    const int wish[] = {OSMESA_FORMAT,
+                        OSMESA_RGBA,
+                        OSMESA_PROFILE,
+                        OSMESA_CORE_PROFILE,
+                        OSMESA_CONTEXT_MAJOR_VERSION,
+                        4,
+                        OSMESA_CONTEXT_MINOR_VERSION,
+                        5,
+                        0};
     context->context_ = osmesa.CreateContextAttribs(wish, nullptr);
     if (context->context_ == nullptr) return absl::FailedPreconditionError("OSMesa gives no 4.5 core context");
     RETURN_IF_ERROR(context->MakeCurrent());

@@ -1,5 +1,5 @@
-// Move-only owners of GL objects. A moved-from or default one owns nothing. They must die on their context's thread, with
-// the context current.
+// Move-only owners of GL objects. A moved-from or default one owns nothing. They must die on their context's thread,
+// with the context current.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -8,8 +8,7 @@
 
 namespace halfshade::gl {
 
-Pacer::Pacer(const Context& context, StopCheck stop)
-    : Pacer([&context] { context.gl().Finish(); }, std::move(stop)) {}
+Pacer::Pacer(const Context& context, StopCheck stop) : Pacer([&context] { context.gl().Finish(); }, std::move(stop)) {}
 
 absl::Status Pacer::Charge(double predicted_ms) {
   if (pending_ms_ > 0 && pending_ms_ + predicted_ms > kMaxSubmissionMs) RETURN_IF_ERROR(Finish());

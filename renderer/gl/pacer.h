@@ -20,8 +20,8 @@ class Pacer {
   // For tests: `finish` waits for the work handed out so far.
   Pacer(std::function<void()> finish, StopCheck stop) : finish_(std::move(finish)), stop_(std::move(stop)) {}
 
-  // Before drawing what is predicted to take predicted_ms: finishes the work under way and asks the stop check if the two
-  // together would pass the bound. The check's error comes back, and nothing more should be drawn.
+  // Before drawing what is predicted to take predicted_ms: finishes the work under way and asks the stop check if the
+  // two together would pass the bound. The check's error comes back, and nothing more should be drawn.
   absl::Status Charge(double predicted_ms);
   // Finishes what is under way and asks the stop check.
   absl::Status Finish();

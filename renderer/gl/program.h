@@ -1,7 +1,7 @@
 // Programs from the shaders that are embedded at build (shaders/), and their cache.
 //
-// A source gets "#version 450 core" and the defines in front; `#include "common/x.glsl"` is resolved against shaders/, each
-// file once.
+// A source gets "#version 450 core" and the defines in front; `#include "common/x.glsl"` is resolved against shaders/,
+// each file once.
 #pragma once
 
 #include <absl/status/statusor.h>

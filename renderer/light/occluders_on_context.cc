@@ -50,7 +50,8 @@ absl::Status OccludersOnContext::DrawDepth(const DrawContext& draw, int side, co
   for (uint64_t first = 0; first < index_count_; first += 3 * kTrianglesPerDraw) {
     const uint64_t count = std::min(3 * kTrianglesPerDraw, index_count_ - first);
     RETURN_IF_ERROR(draw.pacer->Charge(kMillisecondsPerTriangle * double(count / 3)));
-    gl.DrawElements(GL_TRIANGLES, GLsizei(count), GL_UNSIGNED_INT, reinterpret_cast<const void*>(first * sizeof(uint32_t)));
+    gl.DrawElements(GL_TRIANGLES, GLsizei(count), GL_UNSIGNED_INT,
+                    reinterpret_cast<const void*>(first * sizeof(uint32_t)));
   }
   return absl::OkStatus();
 }

@@ -12,9 +12,9 @@
 namespace halfshade {
 namespace {
 
-constexpr int kMaxBatch = 64;                         // kMaxBatch of resolve_sample_maps.frag
-constexpr uint64_t kBatchBytes = 64ull << 20;         // maps resolved by one pass
-constexpr double kResolveNanosecondsPerSample = 12;   // per pixel; llvmpipe, two cores, measured high
+constexpr int kMaxBatch = 64;                        // kMaxBatch of resolve_sample_maps.frag
+constexpr uint64_t kBatchBytes = 64ull << 20;        // maps resolved by one pass
+constexpr double kResolveNanosecondsPerSample = 12;  // per pixel; llvmpipe, two cores, measured high
 constexpr double kResolveNanosecondsPerPixel = 15;
 constexpr int kMapsUnit = kPlanesUnit + 1;
 
@@ -120,8 +120,7 @@ absl::Status SampleMaps::ResolveBatch(const DrawContext& draw, const Batch& batc
 
 absl::StatusOr<gl::Texture> SampleMaps::CountHidden(const DrawContext& draw, const Receivers& receivers) const {
   const GladGLContext& gl = draw.context->gl();
-  ASSIGN_OR_RETURN(gl::Texture sums,
-                   gl::Texture::Create2D(*draw.context, GL_R32F, receivers.width, receivers.height));
+  ASSIGN_OR_RETURN(gl::Texture sums, gl::Texture::Create2D(*draw.context, GL_R32F, receivers.width, receivers.height));
   ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&sums}));
   gl::Texture scratch;
   for (size_t i = 0; i < batches_.size(); ++i) {

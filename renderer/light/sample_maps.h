@@ -1,10 +1,11 @@
-// Depth maps from points of a light, and how many of those points each receiver cannot see. HARD is one point, MULTI_MAP
-// k of them.
+// Depth maps from points of a light, and how many of those points each receiver cannot see. HARD is one point,
+// MULTI_MAP k of them.
 //
-// Every map is a frustum from its point, image plane parallel to the light, over the occluders' window (window.h); where
-// occluders come closer to the light's plane than kMaxWindowSlope, four side maps a point take the rest of the half space,
-// so that nothing is silently lit. Depth is w = 1/z, stored reversed in floats. The bias rule is geometry
-// (shaders/light/resolve_sample_maps.frag). Source: methods of Atty et al. 2006, 3.1 for the map; no offset, no constant.
+// Every map is a frustum from its point, image plane parallel to the light, over the occluders' window (window.h);
+// where occluders come closer to the light's plane than kMaxWindowSlope, four side maps a point take the rest of the
+// half space, so that nothing is silently lit. Depth is w = 1/z, stored reversed in floats. The bias rule is geometry
+// (shaders/light/resolve_sample_maps.frag). Source: methods of Atty et al. 2006, 3.1 for the map; no offset, no
+// constant.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -27,9 +28,10 @@ class SampleMaps : public LightData {
  public:
   // Draws the maps (map_size texels a side) if all fit max_bytes; else keeps the recipe and draws them, a batch at a
   // time, in every Resolve: the same pixels. `points` in the light's frame.
-  static absl::StatusOr<std::unique_ptr<SampleMaps>> Create(const DrawContext& draw, const OccludersOnContext* occluders,
-                                           const AreaLight& light, std::vector<glm::dvec2> points, int map_size,
-                                           uint64_t max_bytes);
+  static absl::StatusOr<std::unique_ptr<SampleMaps>> Create(const DrawContext& draw,
+                                                            const OccludersOnContext* occluders, const AreaLight& light,
+                                                            std::vector<glm::dvec2> points, int map_size,
+                                                            uint64_t max_bytes);
 
   // R32F [height][width]: how many points are hidden from each receiver, those at or below its tangent plane included.
   absl::StatusOr<gl::Texture> CountHidden(const DrawContext& draw, const Receivers& receivers) const;

@@ -9,8 +9,9 @@
 
 namespace halfshade {
 
-// Light frame, metres. The first k points of the Owen-scrambled Sobol sequence of `seed`, stretched over the light; on a
-// line along its edge, on a point all the same. Never a plain grid: edges parallel to the light's would alias with it.
+// Light frame, metres. The first k points of the Owen-scrambled Sobol sequence of `seed`, stretched over the light; on
+// a line along its edge, on a point all the same. Never a plain grid: edges parallel to the light's would alias with
+// it.
 std::vector<glm::dvec2> SobolLightPoints(const AreaLight& light, int k, uint32_t seed);
 
 }  // namespace halfshade

@@ -14,8 +14,8 @@
 namespace halfshade {
 namespace {
 
-constexpr double kMillisecondsPerTriangle = 3e-4;    // llvmpipe, two cores
-constexpr double kMillisecondsPerPixel = 4e-5;       // cleared and covered a few times
+constexpr double kMillisecondsPerTriangle = 3e-4;  // llvmpipe, two cores
+constexpr double kMillisecondsPerPixel = 4e-5;     // cleared and covered a few times
 constexpr uint32_t kTrianglesPerDraw = 32768;
 constexpr int kBaseColorUnit = 0;
 constexpr GLuint kPlanesBinding = 0;

@@ -17,8 +17,8 @@ constexpr int kBaseColorsUnit = kPlanesUnit + 1;
 constexpr int kNormalsUnit = kPlanesUnit + 2;
 constexpr int kVisibilityUnit = kPlanesUnit + 3;
 
-// Edges shorter than this fraction of the distance to the scene shade as a line or a point: the polygon's edge integrals
-// would cancel in float.
+// Edges shorter than this fraction of the distance to the scene shade as a line or a point: the polygon's edge
+// integrals would cancel in float.
 constexpr double kSmallestEdge = 1e-6;
 
 enum Shape { kRectangle, kLine, kPoint };
@@ -52,8 +52,7 @@ absl::Status BindFrame(const DrawContext& draw, const gl::Texture& frame, const 
 }  // namespace
 
 absl::StatusOr<gl::Texture> StartFrame(const DrawContext& draw, const GBuffer& gbuffer, const RenderRequest& request) {
-  ASSIGN_OR_RETURN(gl::Texture frame,
-                   gl::Texture::Create2D(*draw.context, GL_RGBA32F, request.width, request.height));
+  ASSIGN_OR_RETURN(gl::Texture frame, gl::Texture::Create2D(*draw.context, GL_RGBA32F, request.width, request.height));
   gl::Framebuffer framebuffer;
   RETURN_IF_ERROR(BindFrame(draw, frame, request, framebuffer));
   ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("common/fullscreen.vert", "shade/ambient.frag"));

@@ -23,8 +23,7 @@ absl::StatusOr<std::unique_ptr<LightData>> MultiMapMethod::BuildLightData(const 
 }
 
 absl::StatusOr<OcclusionSum> MultiMapMethod::ResolveOcclusion(const DrawContext& draw, const LightData& data,
-                                                              const Receivers& receivers,
-                                                              const MethodOptions&) const {
+                                                              const Receivers& receivers, const MethodOptions&) const {
   const auto& maps = static_cast<const SampleMaps&>(data);
   OcclusionSum result;
   ASSIGN_OR_RETURN(result.sums, maps.CountHidden(draw, receivers));

@@ -1,5 +1,5 @@
-// MULTI_MAP: k shadow maps from Owen-scrambled Sobol points of the light, averaged. A true soft shadow, and the brute force
-// that every ratio is taken against: error falls with k, cost is k depth passes.
+// MULTI_MAP: k shadow maps from Owen-scrambled Sobol points of the light, averaged. A true soft shadow, and the brute
+// force that every ratio is taken against: error falls with k, cost is k depth passes.
 #pragma once
 
 #include "renderer/shadow/shadow_method.h"

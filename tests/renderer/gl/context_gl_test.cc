@@ -1,10 +1,9 @@
-#include "renderer/gl/context.h"
-
 #include <glad/gl.h>
 #include <gtest/gtest.h>
 
 #include <thread>
 
+#include "renderer/gl/context.h"
 #include "renderer/gl/framebuffer.h"
 #include "renderer/gl/program.h"
 #include "tests/support/status_matchers.h"
@@ -43,7 +42,8 @@ TEST_P(ContextTest, IsCore45AndNamesItself) {
 
 TEST_P(ContextTest, CheckCatchesAGlErrorOnceAndNamesThePass) {
   context_->gl().Enable(0xdead);
-  EXPECT_THAT(context_->Check("the pass"), StatusIs(absl::StatusCode::kInternal, AllOf(HasSubstr("the pass"), HasSubstr("GL_INVALID_ENUM"))));
+  EXPECT_THAT(context_->Check("the pass"),
+              StatusIs(absl::StatusCode::kInternal, AllOf(HasSubstr("the pass"), HasSubstr("GL_INVALID_ENUM"))));
   EXPECT_OK(context_->Check("the pass"));
 }
 
@@ -82,8 +82,9 @@ TEST_P(ContextTest, DrawsAndReadsBackExactlyWithReversedDepthFromZeroToOne) {
 }
 
 TEST_P(ContextTest, AShaderThatDoesNotCompileTellsPathAndLog) {
-  EXPECT_THAT(Program::CompileSources(*context_, "my.vert", kFullscreen, "my.frag", "#version 450 core\nvoid main() { oops; }"),
-              StatusIs(absl::StatusCode::kInternal, AllOf(HasSubstr("shaders/my.frag"), HasSubstr("oops"))));
+  EXPECT_THAT(
+      Program::CompileSources(*context_, "my.vert", kFullscreen, "my.frag", "#version 450 core\nvoid main() { oops; }"),
+      StatusIs(absl::StatusCode::kInternal, AllOf(HasSubstr("shaders/my.frag"), HasSubstr("oops"))));
 }
 
 TEST_P(ContextTest, AMovedFromHandleOwnsNothing) {
@@ -98,7 +99,8 @@ TEST_P(ContextTest, AMovedFromHandleOwnsNothing) {
 }
 
 TEST_P(ContextTest, AnImpossibleSizeIsAStatus) {
-  EXPECT_THAT(Texture::Create2D(*context_, GL_R32F, 1 << 20, 1 << 20).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(Texture::Create2D(*context_, GL_R32F, 1 << 20, 1 << 20).status().code(),
+              absl::StatusCode::kResourceExhausted);
   EXPECT_OK(context_->Check("after"));
 }
 
@@ -143,7 +145,8 @@ TEST(AssembleShaderTest, IncludesEachFileOnceAndNamesWhatIsMissing) {
   EXPECT_THAT(*source, testing::StartsWith("#version 450 core\n#define SOME 1\n"));
   EXPECT_THAT(*source, HasSubstr("struct Receiver"));
   EXPECT_EQ(source->find("#include"), std::string::npos);
-  EXPECT_THAT(AssembleShader("no/such.frag", {}), StatusIs(absl::StatusCode::kInternal, HasSubstr("shaders/no/such.frag")));
+  EXPECT_THAT(AssembleShader("no/such.frag", {}),
+              StatusIs(absl::StatusCode::kInternal, HasSubstr("shaders/no/such.frag")));
 }
 
 }  // namespace

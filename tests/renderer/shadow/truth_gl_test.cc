@@ -65,8 +65,8 @@ TEST(PlateTest, MultiMapConvergesToTheClosedForm) {
     const PlateError error = MeasurePlate(MultiMapOptions{256, 1024}, light_size, 128);
     std::printf("light %.2f k 256 maps 1024: mae_shadowed %.5f max %.5f\n", light_size, error.mae_shadowed, error.max);
     EXPECT_GT(error.shadowed, 1000);
-    // Scrambled Sobol, k = 256: an axis-aligned edge splits 16 x 16 strata, 1/256 at most twice over, and texels of h ~ 2e-3
-    // move an edge by half of one.
+    // Scrambled Sobol, k = 256: an axis-aligned edge splits 16 x 16 strata, 1/256 at most twice over, and texels of h ~
+    // 2e-3 move an edge by half of one.
     EXPECT_LE(error.mae_shadowed, 6e-3) << light_size;
   }
 }
@@ -79,8 +79,8 @@ TEST(PlateTest, AThousandMapsAreWithinTwoThousandths) {
 }
 
 TEST(PlateTest, HardShadowIsTheClosedFormOfAPoint) {
-  // Half of the pixels within a texel of the silhouette may fall on either side: 4 edges of 1.6 m over 3.2 m / 128 pixels
-  // are 256 pixels of 4096 shadowed, texels are .4 of a pixel.
+  // Half of the pixels within a texel of the silhouette may fall on either side: 4 edges of 1.6 m over 3.2 m / 128
+  // pixels are 256 pixels of 4096 shadowed, texels are .4 of a pixel.
   const FlatScene scene = MakeFlatScene({MakePlate({0, 1, 0}, 0.8, 0.8), MakePlate({0, 0, 0}, 8, 8)});
   const Image v = RenderVisibility(scene, Request(LightAbove(2, 0.0), LookDown(0.5, 3.2), HardOptions{1024}));
   ASSERT_GT(v.size(), 0u);
@@ -99,8 +99,8 @@ TEST(PlateTest, HardShadowIsTheClosedFormOfAPoint) {
 class EveryMethodTest : public testing::TestWithParam<TestMethod> {};
 INSTANTIATE_TEST_SUITE_P(Methods, EveryMethodTest, testing::ValuesIn(TestMethods()), TestMethodName);
 
-// A lone plane cannot shadow itself at any slope: no acne without tuning. Where it has part of the light below its horizon,
-// visibility is the share above.
+// A lone plane cannot shadow itself at any slope: no acne without tuning. Where it has part of the light below its
+// horizon, visibility is the share above.
 TEST_P(EveryMethodTest, ALonePlaneHasNoAcneAtAnySlope) {
   double worst = 0;
   for (const double slope_deg : {0.0, 10.0, 30.0, 45.0, 60.0, 75.0, 85.0, 88.0, 89.0, 89.5, 89.9}) {
@@ -153,8 +153,8 @@ TEST_P(EveryMethodTest, ALoneSphereSeesTheShareOfTheLightAboveItsHorizon) {
     for (int x = 0; x < 160; ++x) {
       // The facet's plane is near the sphere's: compare with the smooth sphere, loosely at the horizon's edge.
       const double ndc_x = 2 * (x + 0.5) / 160 - 1, ndc_y = 1 - 2 * (y + 0.5) / 160;
-      const glm::dvec3 ray = glm::normalize(
-          camera.forward_ws + (ndc_x * camera.right_ws + ndc_y * camera.up_ws) * camera.tan_half_fovy);
+      const glm::dvec3 ray =
+          glm::normalize(camera.forward_ws + (ndc_x * camera.right_ws + ndc_y * camera.up_ws) * camera.tan_half_fovy);
       const double b = glm::dot(camera.eye_ws, ray);
       const double discriminant = b * b - glm::dot(camera.eye_ws, camera.eye_ws) + 1;
       if (discriminant < 0.02) continue;
@@ -187,7 +187,8 @@ TEST_P(EveryMethodTest, UnderAFullOccluderVisibilityIsZero) {
 
 TEST_P(EveryMethodTest, BehindAOneSidedLightVisibilityIsZero) {
   const FlatScene scene = MakeFlatScene({MakePlate({0, 3, 0}, 8, 8)});
-  const Image v = RenderVisibility(scene, Request(LightAbove(2, 0.5), LookFrom({1, 0, 1}, {0, 3, 0}), GetParam().options, 64));
+  const Image v =
+      RenderVisibility(scene, Request(LightAbove(2, 0.5), LookFrom({1, 0, 1}, {0, 3, 0}), GetParam().options, 64));
   ASSERT_GT(v.size(), 0u);
   EXPECT_EQ(v.at(32, 32, 0), 0);
 }
