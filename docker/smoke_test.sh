@@ -10,7 +10,7 @@ if command -v docker >/dev/null && docker info >/dev/null 2>&1; then
   build=(docker build)
 elif command -v podman >/dev/null; then
   engine=(podman --runtime runc)
-  build=(podman --runtime runc build --network=host --isolation=chroot)
+  build=(podman --runtime runc build --network=host --isolation=chroot --format docker)
 else
   echo "neither docker nor podman is here" >&2
   exit 1
@@ -22,8 +22,9 @@ if [ -z "$image" ]; then
 fi
 
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-# A scene that needs no file but this one: a triangle over nothing.
+name=halfshade-smoke-$$
+trap '"${engine[@]}" rm -f "$name" >/dev/null 2>&1 || true; rm -rf "$work"' EXIT
+# A scene that needs no file but this one: a triangle.
 cat >"$work/triangle.gltf" <<'GLTF'
 {"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
  "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
@@ -31,26 +32,31 @@ cat >"$work/triangle.gltf" <<'GLTF'
  "bufferViews":[{"buffer":0,"byteLength":36}],
  "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}
 GLTF
-chmod 755 "$work"
 mkdir "$work/out"
+chmod 755 "$work"
 chmod 777 "$work/out"
-fenced=(run --rm --network=host --read-only --tmpfs /tmp --cap-drop=all --security-opt no-new-privileges --user 1000:1000
+fenced=(run --rm --no-healthcheck --network=host --read-only --tmpfs /tmp --cap-drop=all --security-opt no-new-privileges --user 1000:1000
         --ulimit nofile=20000:20000 --ulimit nproc=4096:4096)
 
 "${engine[@]}" "${fenced[@]}" -v "$work:/work" "$image" halfshade render /work/triangle.gltf -o /work/out/triangle.png --size 320x180
-head -c 8 "$work/out/triangle.png" | cmp - <(printf '\x89PNG\r\n\x1a\n')
-echo "rendered $(stat -c %s "$work/out/triangle.png") bytes of PNG as uid 1000, root read-only, no capabilities"
+# Magic, then the header chunk with 320 x 180.
+head -c 24 "$work/out/triangle.png" | cmp - <(printf '\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\x01\x40\0\0\0\xb4')
+echo "rendered 320 x 180 in $(stat -c %s "$work/out/triangle.png") bytes as uid $(stat -c %u "$work/out/triangle.png")," \
+     "root read-only, no capabilities"
 
 begin=$(date +%s%N)
-"${engine[@]}" "${fenced[@]}" --name halfshade-smoke "$image" halfshaded --listen 127.0.0.1:0 >"$work/serving.txt" &
-for _ in $(seq 300); do
+"${engine[@]}" "${fenced[@]}" --name "$name" "$image" halfshaded --listen 127.0.0.1:0 >"$work/serving.txt" &
+server=$!
+for _ in $(seq 600); do  # 60 s
   grep -q '^serving ' "$work/serving.txt" && break
+  kill -0 "$server" 2>/dev/null || { echo "the server did not start" >&2; exit 1; }
   sleep 0.1
 done
 address=$(sed -n 's/^serving grpc=\([^ ]*\).*/\1/p' "$work/serving.txt")
+[ -n "$address" ] || { echo "the server did not serve within 60 s" >&2; exit 1; }
 echo "start to SERVING: $((($(date +%s%N) - begin) / 1000000)) ms"
 "${engine[@]}" "${fenced[@]}" "$image" halfshade health --server "$address"
-"${engine[@]}" stop -t 10 halfshade-smoke >/dev/null
-wait
-echo "image: $("${engine[@]}" image inspect -f '{{.Size}}' "$image") bytes"
+"${engine[@]}" stop -t 10 "$name" >/dev/null
+wait "$server" || { echo "the server did not end cleanly" >&2; exit 1; }
+echo "image: $(($("${engine[@]}" image inspect -f '{{.Size}}' "$image") / 1000000)) MB"
 echo "smoke test passed"
