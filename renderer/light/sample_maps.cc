@@ -35,11 +35,13 @@ absl::StatusOr<std::unique_ptr<SampleMaps>> SampleMaps::Create(const DrawContext
   for (int side = 0; side < 5; ++side) {
     // The front batches come even without occluders: they count samples below the horizon.
     if (side > 0 && !occluders->hull().ReachesSide(side)) continue;
+    const glm::dvec2 slope_per_texel = maps->SlopePerTexel(side);
     for (int first = 0; first < maps->point_count(); first += maps->layers_) {
       Batch& batch = maps->batches_.emplace_back();
       batch.side = side;
       batch.first_point = first;
       batch.point_count = std::min(maps->layers_, maps->point_count() - first);
+      batch.slope_per_texel = slope_per_texel;
     }
   }
   if (map_bytes * maps->layers_ * maps->batches_.size() > max_bytes) return maps;
@@ -61,14 +63,22 @@ absl::StatusOr<gl::Texture> SampleMaps::MakeLayers(const DrawContext& draw) cons
   return gl::Texture::Create2DArray(*draw.context, GL_DEPTH_COMPONENT32F, map_size_, map_size_, layers_);
 }
 
-glm::dvec4 SampleMaps::PaddedWindow(int side, const glm::dvec2& point) const {
-  Window window = side == 0 ? occluders_->hull().FrontWindow(point) : Window{-1, 0, 1, 1 / kSideWindowSlope};
-  if (window.IsEmpty()) window = {0, 0, 0, 0};
-  // Occluders seen edge-on have no extent of their own.
-  const double least = std::ldexp(std::max({1.0, std::abs(window.u0), std::abs(window.v0)}), -20);
-  const double texel_u = std::max(window.u1 - window.u0, least) / (map_size_ - 2);
-  const double texel_v = std::max(window.v1 - window.v0, least) / (map_size_ - 2);
-  return {window.u0 - texel_u, window.v0 - texel_v, 1 / texel_u, 1 / texel_v};
+Window SampleMaps::WindowOf(int side, const glm::dvec2& point) const {
+  if (side > 0) return {-1, 0, 1, 1 / kSideWindowSlope};
+  const Window window = occluders_->hull().FrontWindow(point);
+  return window.IsEmpty() ? Window{0, 0, 0, 0} : window;
+}
+
+glm::dvec2 SampleMaps::SlopePerTexel(int side) const {
+  glm::dvec2 extent(0);
+  for (const glm::dvec2& point : points_) {
+    const Window window = WindowOf(side, point);
+    // Occluders seen edge-on have no extent of their own.
+    const double least = std::ldexp(std::max({1.0, std::abs(window.u0), std::abs(window.v0)}), -20);
+    extent =
+        glm::max(extent, glm::dvec2(std::max(window.u1 - window.u0, least), std::max(window.v1 - window.v0, least)));
+  }
+  return extent / double(map_size_ - 2);
 }
 
 absl::Status SampleMaps::DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const {
@@ -85,35 +95,43 @@ absl::Status SampleMaps::DrawBatch(const DrawContext& draw, const Batch& batch, 
     const float empty = 0;
     gl.ClearBufferfv(GL_DEPTH, 0, &empty);
     const glm::dvec2& point = points_[batch.first_point + layer];
-    RETURN_IF_ERROR(occluders_->DrawDepth(draw, batch.side, point, PaddedWindow(batch.side, point), map_size_));
+    const Window window = WindowOf(batch.side, point);
+    const glm::dvec2 corner = glm::dvec2(window.u0, window.v0) - batch.slope_per_texel;
+    RETURN_IF_ERROR(
+        occluders_->DrawDepth(draw, batch.side, point, glm::dvec4(corner, 1.0 / batch.slope_per_texel), map_size_));
   }
   return draw.context->Check("light/depth");
 }
 
 absl::Status SampleMaps::ResolveBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
                                       const Receivers& receivers) const {
+  const OccluderHull& hull = occluders_->hull();
+  const bool shares_half_space = hull.NeedsSideWindows();
   ASSIGN_OR_RETURN(gl::Program * program,
-                   draw.programs->Get("common/fullscreen.vert", "light/resolve_sample_maps.frag"));
+                   draw.programs->Get(
+                       "common/fullscreen.vert", "light/resolve_sample_maps.frag",
+                       shares_half_space ? std::vector<std::string>{"SHARES_HALF_SPACE"} : std::vector<std::string>{}));
   program->Use();
   SetReceivers(*program, receivers, light_);
   maps.Bind(kMapsUnit);
-  const glm::dmat3 map_from_light = MapFromLight(batch.side);
-  std::vector<glm::vec4> samples, windows;
+  std::vector<glm::vec4> samples;
   for (int layer = 0; layer < batch.point_count; ++layer) {
     const glm::dvec2& point = points_[batch.first_point + layer];
-    const bool has_map = !occluders_->hull().IsEmpty();
-    samples.emplace_back(glm::vec3(map_from_light * glm::dvec3(point, 0)), has_map ? float(layer) : -1.0f);
-    windows.emplace_back(PaddedWindow(batch.side, point));
+    const Window window = WindowOf(batch.side, point);
+    // The border's texel is the first; its centre is half of one before the window.
+    samples.emplace_back(glm::dvec4(point, glm::dvec2(window.u0, window.v0) - 0.5 * batch.slope_per_texel));
   }
   program->Set("maps", kMapsUnit);
   program->Set("sample_count", batch.point_count);
   program->Set("samples", samples);
-  program->Set("windows", windows);
-  program->Set("z_near", float(occluders_->hull().z_near()));
+  program->Set("slope_per_texel", glm::vec2(batch.slope_per_texel));
+  program->Set("z_near", float(hull.z_near()));
   program->Set("map_size", float(map_size_));
-  program->Set("map_from_light", glm::mat3(map_from_light));
-  program->Set("side", batch.side);
-  program->Set("front_slope", float(occluders_->hull().FrontSlope()));
+  if (shares_half_space) {
+    program->Set("map_from_light", glm::mat3(MapFromLight(batch.side)));
+    program->Set("side", batch.side);
+    program->Set("front_slope", float(hull.FrontSlope()));
+  }
   return DrawFullscreen(draw, receivers.width, receivers.height,
                         kResolveNanosecondsPerPixel + kResolveNanosecondsPerSample * batch.point_count);
 }

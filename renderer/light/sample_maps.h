@@ -46,13 +46,16 @@ class SampleMaps : public LightData {
     int side = 0;
     int first_point = 0;
     int point_count = 0;
+    glm::dvec2 slope_per_texel{0};
     gl::Texture maps;  // empty in a recipe
   };
   absl::Status DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const;
   absl::Status ResolveBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
                             const Receivers& receivers) const;
-  // The window of a point's map with a border of one empty texel, as u0, v0, texels per slope along u and v.
-  glm::dvec4 PaddedWindow(int side, const glm::dvec2& point) const;
+  // What a point's map covers inside its border of one empty texel.
+  Window WindowOf(int side, const glm::dvec2& point) const;
+  // One size of texel for all maps of a side: the least in which every point's window fits.
+  glm::dvec2 SlopePerTexel(int side) const;
   absl::StatusOr<gl::Texture> MakeLayers(const DrawContext& draw) const;
 
   const OccludersOnContext* occluders_ = nullptr;

@@ -137,6 +137,54 @@ TEST_P(EveryMethodTest, ALonePlaneHasNoAcneAtAnySlope) {
   std::printf("%s: largest occlusion of a lone plane %.2g\n", GetParam().name.c_str(), worst);
 }
 
+// Nor can a valley that is open to the whole light: every texel beside its crease shows the other slope, which stands
+// above the receiver's plane and yet hides nothing.
+TEST_P(EveryMethodTest, AValleyThatIsOpenToTheLightHasNoAcneAtItsCrease) {
+  for (const double slope_deg : {2.0, 10.0, 30.0, 60.0}) {
+    for (const double turn_deg : {0.0, 33.0}) {  // of the light's texels against the crease
+      const double slope = slope_deg * M_PI / 180;
+      const glm::dvec3 middle(std::cos(slope) / 2, std::sin(slope) / 2, 0.007);
+      const FlatScene scene =
+          MakeFlatScene({MakeSquare(middle, 1, slope), MakeSquare({-middle.x, middle.y, middle.z}, 1, -slope)});
+      AreaLight light = LightAbove(3, 0.4, {0.11, 0.03});
+      const double turn = turn_deg * M_PI / 180;
+      light.axis_u_ws = {std::cos(turn), 0, std::sin(turn)};
+      light.axis_v_ws = glm::cross(light.normal_ws, light.axis_u_ws);
+      // 20 mm around the crease, where a texel is 4.
+      const Image v = RenderVisibility(scene, Request(light, LookDown(3, 0.02), GetParam().options, 128));
+      ASSERT_GT(v.size(), 0u);
+      EXPECT_EQ(*std::min_element(v.data(), v.data() + v.size()), 1) << slope_deg << " turned by " << turn_deg;
+    }
+  }
+}
+
+// Contact: the foot of a thin wall keeps its shadow up to the wall, but for the half texel that any map may move an
+// edge.
+TEST_P(EveryMethodTest, AShadowBeginsWithinATexelOfTheWallThatCastsIt) {
+  for (const double gap : {0.0, 1e-7, 1e-4}) {
+    const FlatScene scene =
+        MakeFlatScene({MakeBox({-0.005, 0.5 + gap, 0}, {0.01, 1, 2}), MakePlate({0.5, 0, 0}, 2.001, 2.001)});
+    // From the left: the shadow falls to x > 0 and is an umbra as far as the camera sees.
+    AreaLight light = LightAbove(2, 0.1, {-2, 0});
+    const Camera camera = [] {
+      Camera down = LookDown(3, 0.02);
+      down.eye_ws.x = down.target_ws.x = 0.01;
+      return down;
+    }();
+    const Image v = RenderVisibility(scene, Request(light, camera, GetParam().options, 200));
+    ASSERT_GT(v.size(), 0u);
+    // The map sees 3 m in 512 texels, tilted by 45 degrees: 12 mm a texel on the plane, the picture shows 20 mm.
+    double leak_m = 0;
+    for (int y = 0; y < 200; ++y) {
+      double leak = 0;
+      for (int x = 0; x < 200; ++x) leak += v.at(x, y, 0) * 0.0001;
+      leak_m = std::max(leak_m, leak);
+    }
+    std::printf("%s: gap %.0e: light leaks over %.2f mm\n", GetParam().name.c_str(), gap, 1000 * leak_m);
+    EXPECT_LE(leak_m, 0.012);
+  }
+}
+
 // A lone convex solid shadows itself only by its horizon.
 TEST_P(EveryMethodTest, ALoneSphereSeesTheShareOfTheLightAboveItsHorizon) {
   if (std::holds_alternative<HardOptions>(GetParam().options)) return;  // a hard shadow has no shares
