@@ -25,6 +25,13 @@ struct RenderCommand {
   bool prints_request = false;
 };
 
+// Of the service in this process; results go into `folder`.
+struct BenchCommand {
+  std::vector<std::string> scenes;  // files, or view files; empty: the suite
+  std::string suite = "quick";      // quick, full; smoke for tests
+  std::string folder;
+};
+
 absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command);
 absl::Status RunUpload(const GlobalFlags& global, const std::string& file);
 absl::Status RunScenes(const GlobalFlags& global);
@@ -32,5 +39,6 @@ absl::Status RunScene(const GlobalFlags& global, const std::string& scene);
 absl::Status RunInfo(const GlobalFlags& global);
 absl::Status RunHealth(const GlobalFlags& global);
 absl::Status RunDoctor(const GlobalFlags& global);
+absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command);
 
 }  // namespace halfshade

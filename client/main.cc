@@ -17,11 +17,12 @@ struct CommandLine {
   GlobalFlags global;
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
+  BenchCommand bench;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "query", "compare", "batch", "sample", "bench"};
+constexpr const char* kLater[] = {"plan", "query", "compare", "batch", "sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -72,6 +73,17 @@ void AddRender(CLI::App* app, CommandLine* line) {
   render->callback([line] { line->run = [line] { return RunRender(line->global, line->render); }; });
 }
 
+void AddBench(CLI::App* app, CommandLine* line) {
+  CLI::App* bench = app->add_subcommand("bench", "error against time of every method, measured here");
+  auto* scenes = bench->add_option("SCENE", line->bench.scenes, "scene files, or view files (.json); none: the suite");
+  bench->add_option("--suite", line->bench.suite, "quick (3 minutes on two cores), full (an hour) or smoke")
+      ->check(CLI::IsMember({"quick", "full", "smoke"}))
+      ->excludes(scenes);
+  bench->add_option("-o,--output", line->bench.folder, "folder for index.html, bench.txt, bench.csv and bench.json")
+      ->required();
+  bench->callback([line] { line->run = [line] { return RunBench(line->global, line->bench); }; });
+}
+
 void AddOthers(CLI::App* app, CommandLine* line) {
   auto add = [&](const char* name, const char* help, absl::Status (*run)(const GlobalFlags&)) {
     app->add_subcommand(name, help)->callback([line, run] { line->run = [line, run] { return run(line->global); }; });
@@ -104,6 +116,7 @@ absl::Status Run(int argc, char** argv) {
   app.fallthrough();
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
+  AddBench(&app, &line);
   AddOthers(&app, &line);
   try {
     app.parse(argc, argv);
