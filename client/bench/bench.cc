@@ -162,10 +162,10 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
     for (size_t i = 0; i < settings.size(); ++i) {
       Row& row = result.rows[i];
       if (!row.failure.empty()) continue;
-      progress.Show(bench_case.name.c_str(), double(repetition * settings.size() + i) /
-                                                 double((effort.repetitions + 1) * settings.size()));
-      const auto cold = Shoot(client, bench_case,
-                              VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
+      progress.Show(bench_case.name.c_str(),
+                    double(repetition * settings.size() + i) / double((effort.repetitions + 1) * settings.size()));
+      const auto cold =
+          Shoot(client, bench_case, VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
       if (!cold.ok()) {
         row.failure = cold.status().ToString();
         continue;
@@ -197,8 +197,8 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
 }
 
 std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const std::vector<Case>& cases,
-                                 const std::vector<double>& x, const std::vector<Setting>& settings,
-                                 int repetitions, Progress& progress) {
+                                 const std::vector<double>& x, const std::vector<Setting>& settings, int repetitions,
+                                 Progress& progress) {
   std::vector<Curve> curves(settings.size());
   for (size_t i = 0; i < settings.size(); ++i) curves[i] = {.work = work, .setting = settings[i], .x = x};
   for (size_t c = 0; c < cases.size(); ++c) {
@@ -210,9 +210,9 @@ std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const 
       for (size_t i = 0; i < settings.size(); ++i) {
         if (!curves[i].failure.empty()) continue;
         const auto shot =
-            primary_ms.ok() ? Shoot(client, cases[c],
-                                    VisibilityRequest(cases[c], settings[i].options, v1::CACHE_MODE_REFRESH))
-                            : primary_ms.status();
+            primary_ms.ok()
+                ? Shoot(client, cases[c], VisibilityRequest(cases[c], settings[i].options, v1::CACHE_MODE_REFRESH))
+                : primary_ms.status();
         if (!shot.ok()) {
           curves[i].failure = cases[c].name + ": " + shot.status().ToString();
         } else if (repetition > 0) {

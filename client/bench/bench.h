@@ -44,15 +44,15 @@ struct Row {
   Setting setting;
   std::string failure;  // the status where it failed; then nothing below holds
   VisibilityMetrics error;
-  double cpu_ms = 0;          // cold: light data and resolve, `cache: REFRESH`
+  double cpu_ms = 0;  // cold: light data and resolve, `cache: REFRESH`
   double wall_ms = 0;
-  double shadow_cpu_ms = 0;   // cpu_ms less the case's primary visibility
-  double light_ms = 0;        // wall, of it
-  double resolve_ms = 0;      // wall, of it
-  double warm_cpu_ms = 0;     // same light, another camera; 0: not measured
+  double shadow_cpu_ms = 0;          // cpu_ms less the case's primary visibility
+  double light_ms = 0;               // wall, of it
+  double resolve_ms = 0;             // wall, of it
+  double warm_cpu_ms = 0;            // same light, another camera; 0: not measured
   std::vector<std::string> skipped;  // "pass: reason"
-  bool is_on_front = false;   // no other row of the case is both cheaper and more exact
-  Image difference;           // visibility less the reference's
+  bool is_on_front = false;          // no other row of the case is both cheaper and more exact
+  Image difference;                  // visibility less the reference's
 };
 
 struct CaseResult {
@@ -60,8 +60,8 @@ struct CaseResult {
   double primary_cpu_ms = 0;   // primary visibility alone: what all rows share
   double reference_noise = 0;  // mean |a - b| / 2 of its two halves, over shadowed pixels
   double reference_cpu_ms = 0;
-  Image reference;             // visibility of the first light
-  std::string frame_png;       // what the scene looks like
+  Image reference;        // visibility of the first light
+  std::string frame_png;  // what the scene looks like
   std::vector<Row> rows;
 };
 
@@ -81,7 +81,7 @@ struct Curve {
 
 // `cases` hold growing work, `x` its amounts: the settings take turns over all of them.
 std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const std::vector<Case>& cases,
-                                 const std::vector<double>& x, const std::vector<Setting>& settings,
-                                 int repetitions, Progress& progress);
+                                 const std::vector<double>& x, const std::vector<Setting>& settings, int repetitions,
+                                 Progress& progress);
 
 }  // namespace halfshade::bench

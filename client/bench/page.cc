@@ -25,8 +25,9 @@ constexpr char kStyle[] =
     "figcaption{font-size:11px;max-width:320px}section{border-top:1px solid #ccc;margin-top:24px}";
 
 std::string Picture(const std::string& png, const std::string& caption) {
-  return absl::StrFormat("<figure><img width='%d' alt='%s' src='data:image/png;base64,%s'><figcaption>%s</figcaption></figure>",
-                         kThumbnailWidth, HtmlText(caption), absl::Base64Escape(png), HtmlText(caption));
+  return absl::StrFormat(
+      "<figure><img width='%d' alt='%s' src='data:image/png;base64,%s'><figcaption>%s</figcaption></figure>",
+      kThumbnailWidth, HtmlText(caption), absl::Base64Escape(png), HtmlText(caption));
 }
 
 // Red: darker than the reference; blue: brighter; white: equal.
@@ -54,9 +55,9 @@ std::string ErrorPlot(const CaseResult& result) {
   std::map<std::string, PlotSeries> by_method;
   for (const Row& row : result.rows) {
     if (!row.failure.empty()) continue;
-    const PlotPoint point = {row.shadow_cpu_ms, row.error.mae_shadowed,
-                             absl::StrFormat("%s: %.1f ms, %.5f", Name(row.setting), row.shadow_cpu_ms,
-                                             row.error.mae_shadowed)};
+    const PlotPoint point = {
+        row.shadow_cpu_ms, row.error.mae_shadowed,
+        absl::StrFormat("%s: %.1f ms, %.5f", Name(row.setting), row.shadow_cpu_ms, row.error.mae_shadowed)};
     PlotSeries& series = by_method[row.setting.method];
     series.name = row.setting.method;
     series.points.push_back(point);
@@ -88,10 +89,10 @@ std::string RowsTable(const CaseResult& result) {
 }
 
 absl::StatusOr<std::string> CaseSection(const CaseResult& result) {
-  std::string html =
-      absl::StrFormat("<section><h2>%s</h2><p>Primary visibility %.1f CPU-ms, not in the costs below; noise of the "
-                      "reference %.5f.</p>%s",
-                      HtmlText(result.name), result.primary_cpu_ms, result.reference_noise, ErrorPlot(result));
+  std::string html = absl::StrFormat(
+      "<section><h2>%s</h2><p>Primary visibility %.1f CPU-ms, not in the costs below; noise of the "
+      "reference %.5f.</p>%s",
+      HtmlText(result.name), result.primary_cpu_ms, result.reference_noise, ErrorPlot(result));
   absl::StrAppend(&html, Picture(result.frame_png, "the frame"));
   ASSIGN_OR_RETURN(const EncodedImage2D reference, Encode({OutputKind::kVisibility, result.reference}, Encoding::kPng));
   absl::StrAppend(&html, Picture(reference.bytes, "visibility, reference"));
@@ -111,7 +112,8 @@ absl::StatusOr<std::string> CaseSection(const CaseResult& result) {
 
 std::string CurvesSection(const std::vector<Curve>& curves) {
   std::map<std::string, Plot> plots;
-  std::string html = "<section><h2>Cost against work</h2><table><tr><th class=l>work<th class=l>method<th>exponent</tr>";
+  std::string html =
+      "<section><h2>Cost against work</h2><table><tr><th class=l>work<th class=l>method<th>exponent</tr>";
   for (const Curve& curve : curves) {
     absl::StrAppend(&html, "<tr", curve.failure.empty() ? "" : " class=failed", "><td class=l>", HtmlText(curve.work),
                     "<td class=l>", HtmlText(Name(curve.setting)), "<td>",
@@ -136,8 +138,9 @@ std::string CurvesSection(const std::vector<Curve>& curves) {
 }  // namespace
 
 absl::StatusOr<std::string> ToHtml(const Results& results) {
-  std::string html = absl::StrCat("<!doctype html><html lang=en><meta charset=utf-8><title>Halfshade bench</title><style>",
-                                  kStyle, "</style><h1>Error against time</h1><table>");
+  std::string html =
+      absl::StrCat("<!doctype html><html lang=en><meta charset=utf-8><title>Halfshade bench</title><style>", kStyle,
+                   "</style><h1>Error against time</h1><table>");
   for (const auto& [name, value] : results.head) {
     absl::StrAppend(&html, "<tr><td class=l>", HtmlText(name), "<td class=l>", HtmlText(value), "</tr>");
   }

@@ -56,9 +56,9 @@ std::string ToSvg(const Plot& plot) {
   Axis y{.from = kHeight - kBottom, .to = kTop};
   x.Fit(all_x);
   y.Fit(all_y);
-  std::string svg = absl::StrFormat(
-      "<svg viewBox='0 0 %g %g' width='%g' height='%g' font-family='sans-serif' font-size='11'>", kWidth, kHeight,
-      kWidth, kHeight);
+  std::string svg =
+      absl::StrFormat("<svg viewBox='0 0 %g %g' width='%g' height='%g' font-family='sans-serif' font-size='11'>",
+                      kWidth, kHeight, kWidth, kHeight);
   for (int decade = x.low; decade <= x.high; ++decade) {
     const double at = x.At(std::pow(10.0, decade));
     svg += Line(at, kTop, at, kHeight - kBottom, "stroke:#ddd");

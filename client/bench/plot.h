@@ -7,8 +7,8 @@
 namespace halfshade::bench {
 
 struct PlotPoint {
-  double x = 1;  // > 0
-  double y = 1;  // > 0
+  double x = 1;       // > 0
+  double y = 1;       // > 0
   std::string label;  // shown on hover
 };
 

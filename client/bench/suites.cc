@@ -183,11 +183,11 @@ std::vector<CurvePlan> FullCurves() {
                               {.scene = "S5", .width = 640, .height = 360},
                               {.scene = "S5", .width = 1280, .height = 720}},
                              {57600, 230400, 921600}));
-  curves.push_back(MakeCurve(
-      "lights",
-      {{.scene = "S5", .width = 320, .height = 180}, {.scene = "S5", .width = 320, .height = 180, .lights = 4},
-       {.scene = "S5", .width = 320, .height = 180, .lights = 16}},
-      {1, 4, 16}));
+  curves.push_back(MakeCurve("lights",
+                             {{.scene = "S5", .width = 320, .height = 180},
+                              {.scene = "S5", .width = 320, .height = 180, .lights = 4},
+                              {.scene = "S5", .width = 320, .height = 180, .lights = 16}},
+                             {1, 4, 16}));
   return curves;
 }
 
@@ -236,8 +236,8 @@ absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
   Suite suite;
   suite.cases.push_back(MakeCase({.scene = "S3", .width = 64, .height = 36}));
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
-  suite.curves.push_back(MakeCurve("pixels", {{.scene = "S3", .width = 32, .height = 18},
-                                              {.scene = "S3", .width = 64, .height = 36}}, {576, 2304}));
+  suite.curves.push_back(MakeCurve(
+      "pixels", {{.scene = "S3", .width = 32, .height = 18}, {.scene = "S3", .width = 64, .height = 36}}, {576, 2304}));
   ASSIGN_OR_RETURN(suite.curve_settings, MakeSettings(CurveSettings(), methods));
   suite.effort = {.repetitions = 1, .reference_rays = 64, .measures_warm = true};
   return suite;

@@ -21,7 +21,8 @@ TEST(PowerLawExponentTest, FindsThePowerWhateverTheFactor) {
 
 TEST(ParetoFrontTest, HoldsWhatNothingBeats) {
   // The third is dearer and no more exact than the second; the fourth is equal to the first.
-  EXPECT_EQ(ParetoFront({1, 2, 3, 1, 9}, {0.5, 0.1, 0.1, 0.5, 0.01}), (std::vector<bool>{true, true, false, true, true}));
+  EXPECT_EQ(ParetoFront({1, 2, 3, 1, 9}, {0.5, 0.1, 0.1, 0.5, 0.01}),
+            (std::vector<bool>{true, true, false, true, true}));
   EXPECT_TRUE(ParetoFront({}, {}).empty());
 }
 
