@@ -81,6 +81,20 @@ glm::dvec2 SampleMaps::SlopePerTexel(int side) const {
   return extent / double(map_size_ - 2);
 }
 
+absl::Status SampleMaps::DrawLayer(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
+                                   int layer) const {
+  const GladGLContext& gl = draw.context->gl();
+  ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::CreateDepthLayer(*draw.context, maps, layer));
+  framebuffer.Bind();
+  gl.Viewport(0, 0, map_size_, map_size_);
+  const float empty = 0;
+  gl.ClearBufferfv(GL_DEPTH, 0, &empty);
+  const glm::dvec2& point = points_[batch.first_point + layer];
+  const Window window = WindowOf(batch.side, point);
+  const glm::dvec2 corner = glm::dvec2(window.u0, window.v0) - batch.slope_per_texel;
+  return occluders_->DrawDepth(draw, batch.side, point, glm::dvec4(corner, 1.0 / batch.slope_per_texel), map_size_);
+}
+
 absl::Status SampleMaps::DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const {
   const GladGLContext& gl = draw.context->gl();
   gl.Enable(GL_DEPTH_TEST);
@@ -88,18 +102,11 @@ absl::Status SampleMaps::DrawBatch(const DrawContext& draw, const Batch& batch, 
   gl.DepthMask(GL_TRUE);
   gl.Disable(GL_CULL_FACE);
   gl.Disable(GL_BLEND);
-  for (int layer = 0; layer < batch.point_count; ++layer) {
-    ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::CreateDepthLayer(*draw.context, maps, layer));
-    framebuffer.Bind();
-    gl.Viewport(0, 0, map_size_, map_size_);
-    const float empty = 0;
-    gl.ClearBufferfv(GL_DEPTH, 0, &empty);
-    const glm::dvec2& point = points_[batch.first_point + layer];
-    const Window window = WindowOf(batch.side, point);
-    const glm::dvec2 corner = glm::dvec2(window.u0, window.v0) - batch.slope_per_texel;
-    RETURN_IF_ERROR(
-        occluders_->DrawDepth(draw, batch.side, point, glm::dvec4(corner, 1.0 / batch.slope_per_texel), map_size_));
-  }
+  gl.Enable(GL_DEPTH_CLAMP);  // what is nearer than z_near occludes too, as if it stood there
+  absl::Status status;
+  for (int layer = 0; layer < batch.point_count && status.ok(); ++layer) status = DrawLayer(draw, batch, maps, layer);
+  gl.Disable(GL_DEPTH_CLAMP);  // no other pass expects it, whatever stopped this one
+  RETURN_IF_ERROR(status);
   return draw.context->Check("light/depth");
 }
 

@@ -49,6 +49,7 @@ class SampleMaps : public LightData {
     glm::dvec2 slope_per_texel{0};
     gl::Texture maps;  // empty in a recipe
   };
+  absl::Status DrawLayer(const DrawContext& draw, const Batch& batch, const gl::Texture& maps, int layer) const;
   absl::Status DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const;
   absl::Status ResolveBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
                             const Receivers& receivers) const;
