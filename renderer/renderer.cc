@@ -64,7 +64,7 @@ class Frame {
         return absl::OkStatus();
       }));
     }
-    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i));
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan));
     FinishShares();
     return absl::OkStatus();
   }
@@ -119,10 +119,10 @@ class Frame {
     return absl::OkStatus();
   }
 
-  absl::Status DrawLight(size_t index) {
-    const AreaLight& light = request_.lights[index];
-    const LightPlan& plan = plan_.lights[index];
-    const std::string name = "light[" + std::to_string(index) + "]/";
+  // One side of a light.
+  absl::Status DrawLight(const LightPlan& plan) {
+    const AreaLight& light = plan.light;
+    const std::string name = "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
     if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
     if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
     std::unique_ptr<OccludersOnContext> occluders;
@@ -132,7 +132,7 @@ class Frame {
     if (computes) {
       RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(occluders, OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
-        const LightInputs inputs = {occluders.get(), light, request_.seed + uint32_t(index), kMaxLightDataBytes};
+        const LightInputs inputs = {occluders.get(), light, request_.seed, kMaxLightDataBytes};
         ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
         report_.passes.back().count = data->MapsDrawn();
         return absl::OkStatus();
@@ -148,7 +148,7 @@ class Frame {
       return absl::OkStatus();
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
-                          [&] { return Collect(index, visibility, computes ? &occlusion : nullptr); }));
+                          [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
     if (plan_.needs_shading) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
@@ -175,7 +175,10 @@ class Frame {
         return absl::InternalError(method_.name + ": visibility " + std::to_string(v) + " at pixel " +
                                    std::to_string(i % request_.width) + "," + std::to_string(i / request_.width));
       }
-      if (wants_image) visibility_.data()[i * channels + light] = v;
+      if (wants_image) {
+        float& image_v = visibility_.data()[i * channels + light];
+        image_v = std::max(image_v, v);  // of both sides, one is 0
+      }
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }

@@ -153,7 +153,7 @@ std::vector<Row> Rows() {
       {"RadianceZero", [](Request& r) { Light(r).mutable_radiance(); }, ok, ""},
       {"IntensityInf", [](Request& r) { Light(r).mutable_intensity()->set_b(float(kInf)); }, bad,
        "lights[0].intensity.b: inf"},
-      {"TwoSided", [](Request& r) { Light(r).set_two_sided(true); }, later, "lights[0].two_sided: "},
+      {"TwoSided", [](Request& r) { Light(r).set_two_sided(true); }, ok, ""},
       {"EdgeNan", [](Request& r) { Light(r).mutable_edge_u()->set_x(kNan); }, bad, "lights[0].edge_u.x: nan"},
       {"EdgeInfinite", [](Request& r) { Light(r).mutable_edge_v()->set_z(kInf); }, bad, "lights[0].edge_v.z: inf"},
       {"TinyEdgesSkewed",
