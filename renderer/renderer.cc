@@ -44,7 +44,7 @@ class Frame {
       : draw_(draw), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
 
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
-    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index));
+    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
     DescribePlan();
     if (plan_.needs_shading) {

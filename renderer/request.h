@@ -51,6 +51,16 @@ struct Ground {
   bool is_shadow_catcher = false;
 };
 
+// A change to one node of the scene. What is false for a node is false for all below it, as visibility is in
+// KHR_node_visibility: a node is drawn, casts and receives where it and all its ancestors do.
+struct NodeOverride {
+  uint32_t node = 0;                // into FlatScene::nodes
+  std::optional<glm::dmat4> local;  // affine; in place of the node's own
+  bool is_visible = true;           // drawn for the camera; says nothing of its shadow
+  bool casts = true;                // hides light, drawn or not
+  bool receives = true;             // gets shadows; where not, v = 1 and no horizon
+};
+
 struct HardOptions {
   int map_size = 2048;  // texels a side, 16..8192
 };
@@ -83,6 +93,7 @@ struct Shading {
 
 struct RenderRequest {
   uint32_t scene_index = 0;
+  std::vector<NodeOverride> node_overrides;  // each of another node
   std::optional<Ground> ground;
   Camera camera;
   int width = 1280;

@@ -204,7 +204,6 @@ std::vector<Row> Rows() {
        later, "ground.shadow_catcher: "},
       {"Fog", [](Request& r) { r.mutable_fog(); }, later, "fog: "},
       {"AnimationPose", [](Request& r) { r.mutable_animation(); }, later, "animation: "},
-      {"NodeOverride", [](Request& r) { r.add_node_overrides(); }, later, "node_overrides: "},
       {"BudgetAsked", [](Request& r) { r.mutable_budget(); }, later, "budget: "},
       {"CertifyAsked", [](Request& r) { r.mutable_certify(); }, later, "certify: "},
       {"ExposureHigh", [](Request& r) { r.mutable_shading()->set_exposure_ev(32); }, ok, ""},
