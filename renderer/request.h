@@ -91,6 +91,11 @@ struct Shading {
   glm::vec3 background{0.18f};  // linear
 };
 
+enum class CacheMode : uint8_t {
+  kUse,
+  kRefresh,  // light data of earlier requests is not looked at, and replaced
+};
+
 struct RenderRequest {
   uint32_t scene_index = 0;
   std::vector<NodeOverride> node_overrides;  // each of another node
@@ -104,7 +109,8 @@ struct RenderRequest {
   std::string method_reason;  // why this method, for the report
   std::vector<OutputKind> outputs;
   Shading shading;
-  uint32_t seed = 0;
+  uint32_t seed = 0;  // the points that sampled methods look from, the same for every light
+  CacheMode cache = CacheMode::kUse;
 };
 
 // Asked between GL submissions (each is predicted under 20 ms): a non-OK status stops the render, which returns it.

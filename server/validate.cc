@@ -150,6 +150,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   if (!v1::CacheMode_IsValid(request.cache())) {
     return FieldError("cache", std::to_string(request.cache()) + "; no such mode");
   }
+  if (request.cache() == v1::CACHE_MODE_REFRESH) plain.cache = CacheMode::kRefresh;
   const int lights = std::max(1, request.lights_size());
   uint64_t reply_bytes = 0;
   const auto add_output = [&](const CheckedOutput& output) {
