@@ -58,6 +58,10 @@ class Renderer {
   virtual void ForgetScene(const std::string& scene_name) = 0;
 };
 
+// What is known before drawing: method, options, reason, and the skips that the scene proves. Pure, on any thread.
+// INVALID_ARGUMENT where only the scene tells (scene_index).
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request);
+
 // "hard", "multi_map": what RenderRequest::method may hold, by proto field name.
 std::vector<std::string> RegisteredMethods();
 
