@@ -37,6 +37,25 @@ class Stopwatch {
 };
 
 using LightDataCache = gl::ObjectCache<LightData>;
+std::string LightName(const LightPlan& plan) {
+  return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
+}
+
+PassReport SkippedPass(const std::string& name, const std::string& reason) {
+  return {.name = name, .is_skipped = true, .reason = reason};
+}
+
+// What is known before drawing, but for the lights' skips.
+RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
+  RenderReport report;
+  report.method = method.name;
+  report.options = method.method->DescribeOptions(request.method);
+  report.reason = request.method_reason;
+  if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
+  if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "only visibility is asked"));
+  if (!plan.needs_textures) report.passes.push_back(SkippedPass("textures", "no output needs them"));
+  return report;
+}
 
 // One frame on its way through the house.
 class Frame {
@@ -53,7 +72,10 @@ class Frame {
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
-    DescribePlan();
+    report_ = DescribePlan(plan_, request_, method_);
+    if (Wants(OutputKind::kVisibility)) {
+      visibility_ = Image(request_.width, request_.height, int(request_.lights.size()));
+    }
     if (plan_.needs_shading) {
       RETURN_IF_ERROR(
           Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
@@ -93,24 +115,8 @@ class Frame {
   }
 
  private:
-  void DescribePlan() {
-    report_.method = method_.name;
-    report_.options = method_.method->DescribeOptions(request_.method);
-    report_.reason = request_.method_reason;
-    if (!plan_.draws_gbuffer) Skip("gbuffer", plan_.gbuffer_reason);
-    if (!plan_.needs_shading) Skip("shade", "only visibility is asked");
-    if (!plan_.needs_textures) Skip("textures", "no output needs them");
-    if (Wants(OutputKind::kVisibility)) {
-      visibility_ = Image(request_.width, request_.height, int(request_.lights.size()));
-    }
-  }
-
   bool Wants(OutputKind kind) const {
     return std::find(request_.outputs.begin(), request_.outputs.end(), kind) != request_.outputs.end();
-  }
-
-  void Skip(const std::string& name, const std::string& reason) {
-    report_.passes.push_back({.name = name, .is_skipped = true, .reason = reason});
   }
 
   // Runs one pass, waits for it, and books its wall time.
@@ -129,8 +135,10 @@ class Frame {
   // One side of a light.
   absl::Status DrawLight(const LightPlan& plan) {
     const AreaLight& light = plan.light;
-    const std::string name = "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
-    if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
+    const std::string name = LightName(plan);
+    if (plan.outcome != LightOutcome::kCompute) {
+      report_.passes.push_back(SkippedPass(name + method_.name, plan.reason));
+    }
     if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
     LightDataCache::Pointer data;
     OcclusionSum occlusion;
@@ -165,7 +173,7 @@ class Frame {
     if (request_.cache == CacheMode::kUse) data = light_data_->Find(key);
     const bool is_hit = data != nullptr;
     if (is_hit) {
-      Skip(pass, "cached");
+      report_.passes.push_back(SkippedPass(pass, "cached"));
     } else {
       RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
         LightInputs inputs;
@@ -324,6 +332,18 @@ class ContextRenderer : public Renderer {
 };
 
 }  // namespace
+
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request) {
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
+  const FramePlan plan = PlanFrame(scene, pose, request);
+  const RegisteredMethod& method = FindMethod(request.method);
+  RenderReport report = DescribePlan(plan, request, method);
+  for (const LightPlan& light : plan.lights) {
+    if (light.outcome == LightOutcome::kCompute) continue;
+    report.passes.push_back(SkippedPass(LightName(light) + method.name, light.reason));
+  }
+  return report;
+}
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
                                                            const ContextMemory& memory) {
