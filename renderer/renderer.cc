@@ -9,9 +9,12 @@
 
 #include "renderer/gl/draw_context.h"
 #include "renderer/light/occluders_on_context.h"
+#include "renderer/math/camera.h"
 #include "renderer/plan/frame_plan.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
+#include "renderer/shade/data_image.h"
+#include "renderer/shade/finish_frame.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shade/shade.h"
 #include "renderer/shadow/finish_visibility.h"
@@ -22,7 +25,7 @@
 namespace halfshade {
 namespace {
 
-// Maps of one light beyond this are drawn again at every resolve instead of being kept.
+// Maps of all lights that are held at a time; what goes beyond is drawn again at every resolve instead of being kept.
 constexpr uint64_t kMaxLightDataBytes = 256ull << 20;
 // Visibility nearer to 0 or 1 than this is umbra or light.
 constexpr float kPenumbraMargin = 1.0f / 512;
@@ -41,46 +44,30 @@ class Stopwatch {
 class Frame {
  public:
   Frame(const DrawContext& draw, const FlatScene& scene, const RenderRequest& request)
-      : draw_(draw), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
+      : draw_(draw), scene_(scene), request_(request), camera_(request.camera), method_(FindMethod(request.method)) {}
 
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index));
     plan_ = PlanFrame(scene_, pose_, request_);
     DescribePlan();
-    if (plan_.needs_shading) {
+    if (plan_.needs_materials) {
       RETURN_IF_ERROR(
           Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
     }
-    RETURN_IF_ERROR(Timed("gbuffer", &report_.shade_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
-                                             plan_.needs_shading));
-      report_.passes.back().count = gbuffer_.triangles_drawn;
-      return absl::OkStatus();
-    }));
-    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
     if (plan_.needs_shading) {
-      RETURN_IF_ERROR(Timed("ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
-        return absl::OkStatus();
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] {
+        return ReadBack(FrameSamples::AreNeeded(request_) ? samples_.Take() : std::move(frame_), OutputKind::kFrame, 4);
       }));
     }
-    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i));
     FinishShares();
     return absl::OkStatus();
   }
 
   // In the order of RenderRequest::outputs.
-  absl::StatusOr<RenderResult> TakeResult() {
+  RenderResult TakeResult() {
     RenderResult result;
-    for (const OutputKind kind : request_.outputs) {
-      if (kind == OutputKind::kVisibility) {
-        result.images.push_back({kind, visibility_});
-      } else {
-        Image image(request_.width, request_.height, 4);
-        RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] { return ReadBack(frame_, image); }));
-        result.images.push_back({kind, std::move(image)});
-      }
-    }
+    for (const OutputKind kind : request_.outputs) result.images.push_back({kind, images_[kind]});
     result.report = std::move(report_);
     return result;
   }
@@ -91,18 +78,65 @@ class Frame {
     report_.options = method_.method->DescribeOptions(request_.method);
     report_.reason = request_.method_reason;
     if (!plan_.draws_gbuffer) Skip("gbuffer", plan_.gbuffer_reason);
-    if (!plan_.needs_shading) Skip("shade", "only visibility is asked");
-    if (!plan_.needs_textures) Skip("textures", "no output needs them");
+    if (!plan_.needs_shading) Skip("shade", "no FRAME is asked");
+    if (!plan_.needs_materials) Skip("materials", "no FRAME, NORMAL or ALBEDO is asked");
+    if (!plan_.needs_object_ids) Skip("object_ids", "no OBJECT_ID and no shadow catcher is asked");
     if (Wants(OutputKind::kVisibility)) {
-      visibility_ = Image(request_.width, request_.height, int(request_.lights.size()));
+      images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
     }
   }
+
+  // Everything once, with the pixels' samples where the view has them.
+  absl::Status DrawView(const ViewPlan& view, const SceneOnContext& on_context) {
+    view_ = &view;
+    request_.camera = ShiftedCamera(camera_, view.offset_pixels, request_.width, request_.height);
+    request_.camera.far_m = plan_.camera_far_m;
+    const std::string name =
+        plan_.views.size() > 1 ? "view[" + std::to_string(&view - plan_.views.data()) + "]/" : std::string();
+    RETURN_IF_ERROR(Timed(name + "gbuffer", &report_.shade_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
+                                             {view.needs_materials, view.needs_object_ids}));
+      report_.passes.back().count = gbuffer_.triangles_drawn;
+      return absl::OkStatus();
+    }));
+    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    if (view.shows_data) RETURN_IF_ERROR(ReadData());
+    if (view.shows_frame) {
+      RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
+        if (HasCatcher()) {
+          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, gbuffer_, request_));
+        }
+        return absl::OkStatus();
+      }));
+    }
+    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i, name));
+    if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
+    return Timed(name + "finish_frame", &report_.shade_ms, [&] {
+      const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
+      return samples_.Add(draw_, frame_, HasCatcher() ? &catcher : nullptr, request_);
+    });
+  }
+
+  absl::Status ReadData() {
+    for (const OutputKind kind : request_.outputs) {
+      if (kind == OutputKind::kFrame || images_.contains(kind)) continue;
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(images_[kind], ReadDataImage(draw_, kind, gbuffer_, request_.camera));
+        return absl::OkStatus();
+      }));
+    }
+    return absl::OkStatus();
+  }
+
+  bool HasCatcher() const { return request_.ground && request_.ground->is_shadow_catcher; }
 
   bool Wants(OutputKind kind) const {
     return std::find(request_.outputs.begin(), request_.outputs.end(), kind) != request_.outputs.end();
   }
 
   void Skip(const std::string& name, const std::string& reason) {
+    if (view_ != nullptr && view_ != plan_.views.data()) return;  // said once
     report_.passes.push_back({.name = name, .is_skipped = true, .reason = reason});
   }
 
@@ -119,55 +153,73 @@ class Frame {
     return absl::OkStatus();
   }
 
-  absl::Status DrawLight(size_t index) {
+  absl::Status DrawLight(size_t index, const std::string& view_name) {
     const AreaLight& light = request_.lights[index];
     const LightPlan& plan = plan_.lights[index];
-    const std::string name = "light[" + std::to_string(index) + "]/";
+    const std::string name = view_name + "light[" + std::to_string(index) + "]/";
     if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
-    if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
-    std::unique_ptr<OccludersOnContext> occluders;
-    std::unique_ptr<LightData> data;
+    if (plan.outcome == LightOutcome::kSkipped || !(view_->shows_frame || Wants(OutputKind::kVisibility))) {
+      return absl::OkStatus();
+    }
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
-    if (computes) {
+    KeptLight& kept = kept_lights_[index];
+    if (computes && kept.data == nullptr) {
       RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(occluders, OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
-        const LightInputs inputs = {occluders.get(), light, request_.seed + uint32_t(index), kMaxLightDataBytes};
-        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
-        report_.passes.back().count = data->MapsDrawn();
+        ASSIGN_OR_RETURN(kept.occluders,
+                         OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
+        const LightInputs inputs = {kept.occluders.get(), light, request_.seed + uint32_t(index),
+                                    kMaxLightDataBytes - std::min(kMaxLightDataBytes, KeptBytes())};
+        ASSIGN_OR_RETURN(kept.data, method_.method->BuildLightData(draw_, inputs, request_.method));
+        report_.passes.back().count = kept.data->MapsDrawn();
         return absl::OkStatus();
       }));
-      report_.caches.push_back({.name = name + "light_data", .misses = 1, .bytes = data->SizeBytes()});
+      report_.caches.push_back({.name = name + "light_data", .misses = 1, .bytes = kept.data->SizeBytes()});
     }
     gl::Texture visibility;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
       if (computes) {
-        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
+        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *kept.data, receivers_, request_.method));
       }
       ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
       return absl::OkStatus();
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
                           [&] { return Collect(index, visibility, computes ? &occlusion : nullptr); }));
-    if (plan_.needs_shading) {
+    if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
+    if (view_->shows_frame && HasCatcher()) {
+      RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
+        return AddLight(draw_, gbuffer_, receivers_, light, share, request_, unshadowed_);
+      }));
+    }
+    if (view_ == &plan_.views.back()) kept_lights_.erase(index);
     return absl::OkStatus();
   }
 
-  absl::Status ReadBack(const gl::Texture& texture, Image& image) {
+  uint64_t KeptBytes() const {
+    uint64_t bytes = 0;
+    for (const auto& [index, light] : kept_lights_) bytes += light.data == nullptr ? 0 : light.data->SizeBytes();
+    return bytes;
+  }
+
+  absl::Status ReadBack(const gl::Texture& texture, OutputKind kind, int channels) {
+    Image& image = images_[kind] = Image(request_.width, request_.height, channels);
     return texture.ReadFloats(image.data(), image.size());
   }
 
   // Visibility to memory: the image, the shares, the largest sum. A NaN out of a pass is our bug.
   absl::Status Collect(size_t light, const gl::Texture& texture, const OcclusionSum* occlusion) {
     Image pairs(request_.width, request_.height, 2);
-    RETURN_IF_ERROR(ReadBack(texture, pairs));
+    RETURN_IF_ERROR(texture.ReadFloats(pairs.data(), pairs.size()));
     const size_t pixels = size_t(request_.width) * request_.height;
     const size_t channels = request_.lights.size();
-    const bool wants_image = visibility_.size() > 0;
+    const bool wants_image = view_->shows_data && Wants(OutputKind::kVisibility);
+    float* const visibility = wants_image ? images_[OutputKind::kVisibility].data() : nullptr;
     for (size_t i = 0; i < pixels; ++i) {
       const float v = pairs.data()[2 * i];
       const float share = pairs.data()[2 * i + 1];
@@ -175,13 +227,13 @@ class Frame {
         return absl::InternalError(method_.name + ": visibility " + std::to_string(v) + " at pixel " +
                                    std::to_string(i % request_.width) + "," + std::to_string(i / request_.width));
       }
-      if (wants_image) visibility_.data()[i * channels + light] = v;
+      if (wants_image) visibility[i * channels + light] = v;
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }
     if (occlusion != nullptr) {
       Image sums(request_.width, request_.height, 1);
-      RETURN_IF_ERROR(ReadBack(occlusion->sums, sums));
+      RETURN_IF_ERROR(occlusion->sums.ReadFloats(sums.data(), sums.size()));
       const float largest = *std::max_element(sums.data(), sums.data() + sums.size());
       report_.max_sum = std::max(report_.max_sum, double(largest / occlusion->full_sum));
     }
@@ -198,14 +250,24 @@ class Frame {
 
   const DrawContext& draw_;
   const FlatScene& scene_;
-  const RenderRequest& request_;
+  RenderRequest request_;  // its camera: the view's
+  const Camera camera_;
   const RegisteredMethod& method_;
   Pose pose_;
   FramePlan plan_;
+  const ViewPlan* view_ = nullptr;  // that is drawn
   GBuffer gbuffer_;
   Receivers receivers_;
   gl::Texture frame_;
-  Image visibility_;
+  gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
+  FrameSamples samples_;
+  // What a light's later views find ready.
+  struct KeptLight {
+    std::unique_ptr<OccludersOnContext> occluders;
+    std::unique_ptr<LightData> data;
+  };
+  std::map<size_t, KeptLight> kept_lights_;
+  std::map<OutputKind, Image> images_;
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
   RenderReport report_;
 };
@@ -232,7 +294,7 @@ class ContextRenderer : public Renderer {
     const double upload_ms = stopwatch.Milliseconds();
     Frame frame(draw, scene, request);
     RETURN_IF_ERROR(frame.Draw(*entry->second, decoder_));
-    ASSIGN_OR_RETURN(RenderResult result, frame.TakeResult());
+    RenderResult result = frame.TakeResult();
     result.report.upload_ms += upload_ms;
     result.report.caches.push_back({.name = "scene_on_context",
                                     .hits = uint64_t(!is_new),
