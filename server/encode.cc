@@ -49,6 +49,22 @@ std::vector<uint16_t> ToUnorm16(const Image& image) {
   return values;
 }
 
+uint64_t Channels(OutputKind kind, int lights) {
+  switch (kind) {
+    case OutputKind::kFrame:
+      return 4;
+    case OutputKind::kNormal:
+    case OutputKind::kAlbedo:
+    case OutputKind::kPosition:
+      return 3;
+    case OutputKind::kDepth:
+    case OutputKind::kObjectId:
+      return 1;
+    default:
+      return uint64_t(lights);
+  }
+}
+
 template <typename Sample>
 absl::Status WritePng(const Image& image, const std::vector<Sample>& samples, EncodedImage2D* out) {
   const Stopwatch digest_watch;
@@ -101,7 +117,7 @@ absl::StatusOr<EncodedImage2D> Encode(const RenderedImage& rendered, Encoding en
 
 uint64_t UncompressedBytes(OutputKind kind, Encoding encoding, int width, int height, int lights) {
   const uint64_t pixels = uint64_t(width) * uint64_t(height);
-  if (encoding == Encoding::kRawF32) return pixels * 4 * (kind == OutputKind::kFrame ? 4 : uint64_t(lights));
+  if (encoding == Encoding::kRawF32) return pixels * 4 * Channels(kind, lights);
   return pixels * (kind == OutputKind::kFrame ? 3 : 2 * uint64_t(lights));
 }
 

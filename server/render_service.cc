@@ -37,7 +37,33 @@ double ProcessCpuMs() {
   return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
 }
 
-std::string OutputName(OutputKind kind) { return kind == OutputKind::kFrame ? "FRAME" : "VISIBILITY"; }
+v1::OutputKind ToProto(OutputKind kind) {
+  switch (kind) {
+    case OutputKind::kFrame:
+      return v1::OUTPUT_KIND_FRAME;
+    case OutputKind::kVisibility:
+      return v1::OUTPUT_KIND_VISIBILITY;
+    case OutputKind::kDepth:
+      return v1::OUTPUT_KIND_DEPTH;
+    case OutputKind::kNormal:
+      return v1::OUTPUT_KIND_NORMAL;
+    case OutputKind::kAlbedo:
+      return v1::OUTPUT_KIND_ALBEDO;
+    case OutputKind::kObjectId:
+      return v1::OUTPUT_KIND_OBJECT_ID;
+    case OutputKind::kPosition:
+      return v1::OUTPUT_KIND_POSITION;
+    case OutputKind::kSoftShadowMap:
+      return v1::OUTPUT_KIND_SOFT_SHADOW_MAP;
+    case OutputKind::kPenumbraWidth:
+      return v1::OUTPUT_KIND_PENUMBRA_WIDTH;
+  }
+  return v1::OUTPUT_KIND_UNSPECIFIED;
+}
+
+std::string OutputName(OutputKind kind) {
+  return v1::OutputKind_Name(ToProto(kind)).substr(sizeof("OUTPUT_KIND_") - 1);
+}
 std::string EncodingName(Encoding encoding) { return encoding == Encoding::kPng ? "PNG" : "RAW_F32"; }
 
 // No deadline: the default; one that is too far: the most.
@@ -178,7 +204,7 @@ class RenderCall final : public grpc::ServerUnaryReactor, public std::enable_sha
     const v1::Output& asked =
         index < request_.outputs_size() ? request_.outputs(index) : v1::Output::default_instance();
     v1::OutputImage* image = response->add_images();
-    image->set_kind(rendered.kind == OutputKind::kFrame ? v1::OUTPUT_KIND_FRAME : v1::OUTPUT_KIND_VISIBILITY);
+    image->set_kind(ToProto(rendered.kind));
     image->set_encoding(render_.encodings[size_t(index)] == Encoding::kPng ? v1::ENCODING_PNG : v1::ENCODING_RAW_F32);
     image->set_layer(asked.layer());
     image->set_data(std::move(encoded.bytes));

@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "renderer/plan/framing.h"
 #include "renderer/status.h"
@@ -32,7 +33,31 @@ struct CheckedOutput {
   Encoding encoding;
 };
 
-absl::StatusOr<CheckedOutput> CheckOutput(const std::string& field, const v1::Output& output, int lights) {
+// The renderer's word for a kind; absent: it does not draw it.
+std::optional<OutputKind> DrawnKind(v1::OutputKind kind) {
+  switch (kind) {
+    case v1::OUTPUT_KIND_UNSPECIFIED:
+    case v1::OUTPUT_KIND_FRAME:
+      return OutputKind::kFrame;
+    case v1::OUTPUT_KIND_VISIBILITY:
+      return OutputKind::kVisibility;
+    case v1::OUTPUT_KIND_DEPTH:
+      return OutputKind::kDepth;
+    case v1::OUTPUT_KIND_NORMAL:
+      return OutputKind::kNormal;
+    case v1::OUTPUT_KIND_ALBEDO:
+      return OutputKind::kAlbedo;
+    case v1::OUTPUT_KIND_OBJECT_ID:
+      return OutputKind::kObjectId;
+    case v1::OUTPUT_KIND_POSITION:
+      return OutputKind::kPosition;
+    default:
+      return std::nullopt;
+  }
+}
+
+absl::StatusOr<CheckedOutput> CheckOutput(const std::string& field, const v1::Output& output, int lights,
+                                          bool has_catcher) {
   CheckedOutput checked{OutputKind::kFrame, Encoding::kPng};
   if (!v1::OutputKind_IsValid(output.kind())) {
     return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
@@ -40,19 +65,19 @@ absl::StatusOr<CheckedOutput> CheckOutput(const std::string& field, const v1::Ou
   if (!v1::Encoding_IsValid(output.encoding())) {
     return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
   }
-  switch (output.kind()) {
-    case v1::OUTPUT_KIND_UNSPECIFIED:
-    case v1::OUTPUT_KIND_FRAME:
-      break;
-    case v1::OUTPUT_KIND_VISIBILITY:
-      checked.kind = OutputKind::kVisibility;
-      break;
-    default:
-      return NotAvailable(field + ".kind", ShortName(v1::OutputKind_descriptor(), output.kind(), "OUTPUT_KIND_"));
-  }
+  const std::string kind_name = ShortName(v1::OutputKind_descriptor(), output.kind(), "OUTPUT_KIND_");
+  const std::optional<OutputKind> kind = DrawnKind(output.kind());
+  if (!kind) return NotAvailable(field + ".kind", kind_name);
+  checked.kind = *kind;
   switch (output.encoding()) {
     case v1::ENCODING_UNSPECIFIED:
     case v1::ENCODING_PNG:
+      if (checked.kind != OutputKind::kFrame && checked.kind != OutputKind::kVisibility) {
+        return NotAvailable(field + ".encoding", "PNG of " + kind_name);
+      }
+      if (checked.kind == OutputKind::kFrame && has_catcher) {
+        return NotAvailable(field + ".encoding", "PNG with the alpha of a shadow catcher");
+      }
       break;
     case v1::ENCODING_RAW_F32:
       checked.encoding = Encoding::kRawF32;
@@ -79,7 +104,6 @@ absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
   if (request.samples() != 0 && request.samples() != 1 && request.samples() != 4 && request.samples() != 8) {
     return FieldError("samples", std::to_string(request.samples()) + "; must be 1, 4 or 8");
   }
-  if (request.samples() > 1) return NotAvailable("samples", std::to_string(request.samples()) + " samples a pixel");
   return absl::OkStatus();
 }
 
@@ -90,7 +114,6 @@ absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request)
   if (request.has_fog()) return NotAvailable("fog", "fog");
   if (request.has_budget()) return NotAvailable("budget", "a budget");
   if (request.has_certify()) return NotAvailable("certify", "measuring the error");
-  if (request.ground().shadow_catcher()) return NotAvailable("ground.shadow_catcher", "a shadow catcher");
   return absl::OkStatus();
 }
 
@@ -113,9 +136,8 @@ absl::Status CheckShading(const v1::Shading& shading, Shading* result) {
   if (!v1::ToneMap_IsValid(shading.tone_map())) {
     return FieldError("shading.tone_map", std::to_string(shading.tone_map()) + "; no such tone map");
   }
-  if (shading.tone_map() > v1::TONE_MAP_NONE) {
-    return NotAvailable("shading.tone_map", ShortName(v1::ToneMap_descriptor(), shading.tone_map(), "TONE_MAP_"));
-  }
+  if (shading.tone_map() == v1::TONE_MAP_ACES) result->tone_map = ToneMap::kAces;
+  if (shading.tone_map() == v1::TONE_MAP_NEUTRAL) result->tone_map = ToneMap::kNeutral;
   return absl::OkStatus();
 }
 
@@ -131,6 +153,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   RETURN_IF_ERROR(CheckNothingIsAskedThatIsNotThere(request));
   plain.width = int(OrDefault(request.width(), kDefaultWidth));
   plain.height = int(OrDefault(request.height(), kDefaultHeight));
+  plain.samples = int(OrDefault(request.samples(), 1));
   plain.seed = request.seed();
   RETURN_IF_ERROR(CheckCameraFields(request.camera()));
   if (uint32_t(request.lights_size()) > limits.lights) {
@@ -144,7 +167,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   RETURN_IF_ERROR(CheckMethod(request.method(), &plain));
   if (request.has_ground()) {
     RETURN_IF_ERROR(CheckGround(request.ground()));
-    plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), false};
+    plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), request.ground().shadow_catcher()};
   }
   RETURN_IF_ERROR(CheckShading(request.shading(), &plain.shading));
   if (!v1::CacheMode_IsValid(request.cache())) {
@@ -157,9 +180,11 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
     result.encodings.push_back(output.encoding);
     reply_bytes += UncompressedBytes(output.kind, output.encoding, plain.width, plain.height, lights);
   };
-  if (request.outputs().empty()) add_output({OutputKind::kFrame, Encoding::kPng});
-  for (int i = 0; i < request.outputs_size(); ++i) {
-    ASSIGN_OR_RETURN(const CheckedOutput output, CheckOutput(Indexed("outputs", i), request.outputs(i), lights));
+  auto outputs = request.outputs();
+  if (outputs.empty()) outputs.Add();
+  for (int i = 0; i < outputs.size(); ++i) {
+    ASSIGN_OR_RETURN(const CheckedOutput output,
+                     CheckOutput(Indexed("outputs", i), outputs[i], lights, request.ground().shadow_catcher()));
     add_output(output);
   }
   if (reply_bytes > limits.render_reply_bytes) {
