@@ -8,6 +8,8 @@
 #include <map>
 
 #include "renderer/gl/draw_context.h"
+#include "renderer/gl/object_cache.h"
+#include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/math/camera.h"
 #include "renderer/plan/frame_plan.h"
@@ -25,8 +27,6 @@
 namespace halfshade {
 namespace {
 
-// Maps of all lights that are held at a time; what goes beyond is drawn again at every resolve instead of being kept.
-constexpr uint64_t kMaxLightDataBytes = 256ull << 20;
 // Visibility nearer to 0 or 1 than this is umbra or light.
 constexpr float kPenumbraMargin = 1.0f / 512;
 
@@ -40,14 +40,23 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+using LightDataCache = gl::ObjectCache<LightData>;
+
 // One frame on its way through the house.
 class Frame {
  public:
-  Frame(const DrawContext& draw, const FlatScene& scene, const RenderRequest& request)
-      : draw_(draw), scene_(scene), request_(request), camera_(request.camera), method_(FindMethod(request.method)) {}
+  Frame(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
+        LightDataCache* light_data)
+      : draw_(draw),
+        scene_name_(scene_name),
+        scene_(scene),
+        request_(request),
+        camera_(request.camera),
+        method_(FindMethod(request.method)),
+        light_data_(light_data) {}
 
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
-    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index));
+    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
     DescribePlan();
     if (plan_.needs_materials) {
@@ -110,7 +119,7 @@ class Frame {
         return absl::OkStatus();
       }));
     }
-    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i, name));
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name));
     if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
     return Timed(name + "finish_frame", &report_.shade_ms, [&] {
       const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
@@ -153,39 +162,31 @@ class Frame {
     return absl::OkStatus();
   }
 
-  absl::Status DrawLight(size_t index, const std::string& view_name) {
-    const AreaLight& light = request_.lights[index];
-    const LightPlan& plan = plan_.lights[index];
-    const std::string name = view_name + "light[" + std::to_string(index) + "]/";
+  // One side of a light.
+  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name) {
+    const AreaLight& light = plan.light;
+    const std::string name = view_name + "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
     if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
     if (plan.outcome == LightOutcome::kSkipped || !(view_->shows_frame || Wants(OutputKind::kVisibility))) {
       return absl::OkStatus();
     }
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
-    KeptLight& kept = kept_lights_[index];
-    if (computes && kept.data == nullptr) {
-      RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(kept.occluders,
-                         OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
-        const LightInputs inputs = {kept.occluders.get(), light, request_.seed + uint32_t(index),
-                                    kMaxLightDataBytes - std::min(kMaxLightDataBytes, KeptBytes())};
-        ASSIGN_OR_RETURN(kept.data, method_.method->BuildLightData(draw_, inputs, request_.method));
-        report_.passes.back().count = kept.data->MapsDrawn();
-        return absl::OkStatus();
-      }));
-      report_.caches.push_back({.name = name + "light_data", .misses = 1, .bytes = kept.data->SizeBytes()});
+    LightDataCache::Pointer& data = held_light_data_[&plan];
+    if (computes && data == nullptr) {
+      ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data"));
     }
     gl::Texture visibility;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
       if (computes) {
-        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *kept.data, receivers_, request_.method));
+        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
+        report_.passes.back().count = data->MapsRedrawn();
       }
       ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
       return absl::OkStatus();
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
-                          [&] { return Collect(index, visibility, computes ? &occlusion : nullptr); }));
+                          [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
     if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
@@ -197,14 +198,48 @@ class Frame {
         return AddLight(draw_, gbuffer_, receivers_, light, share, request_, unshadowed_);
       }));
     }
-    if (view_ == &plan_.views.back()) kept_lights_.erase(index);
+    if (view_ == &plan_.views.back()) held_light_data_.erase(&plan);
     return absl::OkStatus();
   }
 
-  uint64_t KeptBytes() const {
-    uint64_t bytes = 0;
-    for (const auto& [index, light] : kept_lights_) bytes += light.data == nullptr ? 0 : light.data->SizeBytes();
-    return bytes;
+  // From the cache, or built and kept there.
+  absl::StatusOr<LightDataCache::Pointer> NeedLightData(const AreaLight& light, const std::string& pass) {
+    const std::string key =
+        LightDataKey(scene_name_, request_, light, method_.name, method_.method->LightDataOptions(request_.method));
+    LightDataCache::Pointer data;
+    if (request_.cache == CacheMode::kUse) data = light_data_->Find(key);
+    const bool is_hit = data != nullptr;
+    if (is_hit) {
+      Skip(pass, "cached");
+    } else {
+      RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
+        LightInputs inputs;
+        ASSIGN_OR_RETURN(inputs.occluders,
+                         OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
+        inputs.light = light;
+        inputs.seed = request_.seed;
+        inputs.max_light_data_bytes = LightDataShare();
+        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
+        report_.passes.back().count = data->MapsDrawn();
+        return absl::OkStatus();
+      }));
+      light_data_->Keep(key, data);
+    }
+    if (const uint64_t redrawn = data->MapsRedrawn(); redrawn > 0) {
+      std::string& reason = report_.passes.back().reason;
+      reason += (reason.empty() ? "" : "; ") + std::to_string(redrawn) +
+                " maps do not fit the light cache: drawn at every resolve";
+    }
+    report_.caches.push_back(
+        {.name = pass, .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
+    return data;
+  }
+
+  // Each light of this request may take as much of the cache, so that the next request finds them all.
+  uint64_t LightDataShare() const {
+    const auto computed = std::count_if(plan_.lights.begin(), plan_.lights.end(),
+                                        [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; });
+    return light_data_->max_bytes() / uint64_t(computed);
   }
 
   absl::Status ReadBack(const gl::Texture& texture, OutputKind kind, int channels) {
@@ -227,7 +262,10 @@ class Frame {
         return absl::InternalError(method_.name + ": visibility " + std::to_string(v) + " at pixel " +
                                    std::to_string(i % request_.width) + "," + std::to_string(i / request_.width));
       }
-      if (wants_image) visibility[i * channels + light] = v;
+      if (wants_image) {
+        float& image_v = visibility[i * channels + light];
+        image_v = std::max(image_v, v);  // of both sides, one is 0
+      }
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }
@@ -249,10 +287,12 @@ class Frame {
   }
 
   const DrawContext& draw_;
+  const std::string& scene_name_;
   const FlatScene& scene_;
   RenderRequest request_;  // its camera: the view's
   const Camera camera_;
   const RegisteredMethod& method_;
+  LightDataCache* light_data_;
   Pose pose_;
   FramePlan plan_;
   const ViewPlan* view_ = nullptr;  // that is drawn
@@ -261,12 +301,7 @@ class Frame {
   gl::Texture frame_;
   gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
   FrameSamples samples_;
-  // What a light's later views find ready.
-  struct KeptLight {
-    std::unique_ptr<OccludersOnContext> occluders;
-    std::unique_ptr<LightData> data;
-  };
-  std::map<size_t, KeptLight> kept_lights_;
+  std::map<const LightPlan*, LightDataCache::Pointer> held_light_data_;  // what later views need
   std::map<OutputKind, Image> images_;
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
   RenderReport report_;
@@ -274,49 +309,79 @@ class Frame {
 
 class ContextRenderer : public Renderer {
  public:
-  ContextRenderer(gl::Context* context, ImageDecoder decoder)
-      : context_(context), programs_(context), decoder_(std::move(decoder)) {}
+  ContextRenderer(gl::Context* context, ImageDecoder decoder, const ContextMemory& memory)
+      : context_(context),
+        programs_(context),
+        decoder_(std::move(decoder)),
+        scenes_(memory.scene_bytes),
+        light_data_(memory.light_data_bytes) {}
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
+    auto result = Draw(scene_name, scene, request, stop);
+    // Nothing is in use any more.
+    scenes_.Trim();
+    light_data_.Trim();
+    return result;
+  }
+
+  void ForgetScene(const std::string& scene_name) override {
+    scenes_.Forget(SceneKey(scene_name));
+    light_data_.Forget(LightDataPrefix(scene_name));
+  }
+
+  std::vector<CacheReport> Caches() const override {
+    return {{"scene_on_context", scenes_.hits(), scenes_.misses(), scenes_.bytes()},
+            {"light_data", light_data_.hits(), light_data_.misses(), light_data_.bytes()}};
+  }
+
+  void ForgetEverything() {
+    scenes_.Clear();
+    light_data_.Clear();
+  }
+
+ private:
+  // The beginning of no other scene's.
+  static std::string SceneKey(const std::string& scene_name) { return scene_name + "\n"; }
+
+  absl::StatusOr<RenderResult> Draw(const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
+                                    const StopCheck& stop) {
     gl::Pacer pacer(*context_, stop);
     const DrawContext draw = {context_, &programs_, &pacer};
     const Stopwatch stopwatch;
-    auto [entry, is_new] = scenes_.try_emplace(scene_name);
+    auto on_context = scenes_.Find(SceneKey(scene_name));
+    const bool is_new = on_context == nullptr;
     if (is_new) {
-      auto uploaded = SceneOnContext::Create(draw, scene);
-      if (!uploaded.ok()) {
-        scenes_.erase(entry);
-        return uploaded.status();
-      }
-      entry->second = *std::move(uploaded);
+      ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene, request);
-    RETURN_IF_ERROR(frame.Draw(*entry->second, decoder_));
+    Frame frame(draw, scene_name, scene, request, &light_data_);
+    const absl::Status status = frame.Draw(*on_context, decoder_);
+    scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
+    RETURN_IF_ERROR(status);
     RenderResult result = frame.TakeResult();
     result.report.upload_ms += upload_ms;
     result.report.caches.push_back({.name = "scene_on_context",
                                     .hits = uint64_t(!is_new),
                                     .misses = uint64_t(is_new),
-                                    .bytes = entry->second->SizeBytes()});
+                                    .bytes = on_context->SizeBytes()});
     return result;
   }
 
-  void ForgetScene(const std::string& scene_name) override { scenes_.erase(scene_name); }
-
- private:
   gl::Context* context_;
   gl::ProgramCache programs_;
   ImageDecoder decoder_;
-  std::map<std::string, std::unique_ptr<SceneOnContext>> scenes_;
+  gl::ObjectCache<SceneOnContext> scenes_;
+  LightDataCache light_data_;
 };
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder) {
-  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder));
+absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
+                                                           const ContextMemory& memory) {
+  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder), memory);
   RETURN_IF_ERROR(WarmUp(*renderer));
+  renderer->ForgetEverything();
   return renderer;
 }
 

@@ -59,7 +59,6 @@ absl::Status WarmUp(Renderer& renderer) {
   request.outputs = {OutputKind::kFrame, OutputKind::kObjectId};
   request.ground->is_shadow_catcher = true;
   RETURN_IF_ERROR(renderer.Render(name, scene, request, [] { return absl::OkStatus(); }).status());
-  renderer.ForgetScene(name);
   return absl::OkStatus();
 }
 
