@@ -5,14 +5,18 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 
 #include "renderer/gl/draw_context.h"
 #include "renderer/gl/object_cache.h"
 #include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
+#include "renderer/math/camera.h"
 #include "renderer/plan/frame_plan.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
+#include "renderer/shade/data_image.h"
+#include "renderer/shade/finish_frame.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shade/shade.h"
 #include "renderer/shadow/finish_visibility.h"
@@ -52,8 +56,11 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
   report.options = method.method->DescribeOptions(request.method);
   report.reason = request.method_reason;
   if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
-  if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "only visibility is asked"));
-  if (!plan.needs_textures) report.passes.push_back(SkippedPass("textures", "no output needs them"));
+  if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "no FRAME is asked"));
+  if (!plan.needs_materials) report.passes.push_back(SkippedPass("materials", "no FRAME, NORMAL or ALBEDO is asked"));
+  if (!plan.needs_object_ids) {
+    report.passes.push_back(SkippedPass("object_ids", "no OBJECT_ID and no shadow catcher is asked"));
+  }
   return report;
 }
 
@@ -66,6 +73,7 @@ class Frame {
         scene_name_(scene_name),
         scene_(scene),
         request_(request),
+        camera_(request.camera),
         method_(FindMethod(request.method)),
         light_data_(light_data) {}
 
@@ -74,47 +82,76 @@ class Frame {
     plan_ = PlanFrame(scene_, pose_, request_);
     report_ = DescribePlan(plan_, request_, method_);
     if (Wants(OutputKind::kVisibility)) {
-      visibility_ = Image(request_.width, request_.height, int(request_.lights.size()));
+      images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
     }
-    if (plan_.needs_shading) {
+    if (plan_.needs_materials) {
       RETURN_IF_ERROR(
           Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
     }
-    RETURN_IF_ERROR(Timed("gbuffer", &report_.shade_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
-                                             plan_.needs_shading));
-      report_.passes.back().count = gbuffer_.triangles_drawn;
-      return absl::OkStatus();
-    }));
-    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
     if (plan_.needs_shading) {
-      RETURN_IF_ERROR(Timed("ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
-        return absl::OkStatus();
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] {
+        return ReadBack(FrameSamples::AreNeeded(request_) ? samples_.Take() : std::move(frame_), OutputKind::kFrame, 4);
       }));
     }
-    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan));
     FinishShares();
     return absl::OkStatus();
   }
 
   // In the order of RenderRequest::outputs.
-  absl::StatusOr<RenderResult> TakeResult() {
+  RenderResult TakeResult() {
     RenderResult result;
-    for (const OutputKind kind : request_.outputs) {
-      if (kind == OutputKind::kVisibility) {
-        result.images.push_back({kind, visibility_});
-      } else {
-        Image image(request_.width, request_.height, 4);
-        RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] { return ReadBack(frame_, image); }));
-        result.images.push_back({kind, std::move(image)});
-      }
-    }
+    for (const OutputKind kind : request_.outputs) result.images.push_back({kind, images_[kind]});
     result.report = std::move(report_);
     return result;
   }
 
  private:
+  // Everything once, with the pixels' samples where the view has them.
+  absl::Status DrawView(const ViewPlan& view, const SceneOnContext& on_context) {
+    view_ = &view;
+    request_.camera = ShiftedCamera(camera_, view.offset_pixels, request_.width, request_.height);
+    request_.camera.far_m = plan_.camera_far_m;
+    const std::string name =
+        plan_.views.size() > 1 ? "view[" + std::to_string(&view - plan_.views.data()) + "]/" : std::string();
+    RETURN_IF_ERROR(Timed(name + "gbuffer", &report_.shade_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
+                                             {view.needs_materials, view.needs_object_ids}));
+      report_.passes.back().count = gbuffer_.triangles_drawn;
+      return absl::OkStatus();
+    }));
+    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    if (view.shows_data) RETURN_IF_ERROR(ReadData());
+    if (view.shows_frame) {
+      RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
+        if (HasCatcher()) {
+          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, gbuffer_, request_));
+        }
+        return absl::OkStatus();
+      }));
+    }
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name));
+    if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
+    return Timed(name + "finish_frame", &report_.shade_ms, [&] {
+      const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
+      return samples_.Add(draw_, frame_, HasCatcher() ? &catcher : nullptr, request_);
+    });
+  }
+
+  absl::Status ReadData() {
+    for (const OutputKind kind : request_.outputs) {
+      if (kind == OutputKind::kFrame || images_.contains(kind)) continue;
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(images_[kind], ReadDataImage(draw_, kind, gbuffer_, request_.camera));
+        return absl::OkStatus();
+      }));
+    }
+    return absl::OkStatus();
+  }
+
+  bool HasCatcher() const { return request_.ground && request_.ground->is_shadow_catcher; }
+
   bool Wants(OutputKind kind) const {
     return std::find(request_.outputs.begin(), request_.outputs.end(), kind) != request_.outputs.end();
   }
@@ -133,17 +170,20 @@ class Frame {
   }
 
   // One side of a light.
-  absl::Status DrawLight(const LightPlan& plan) {
+  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name) {
     const AreaLight& light = plan.light;
-    const std::string name = LightName(plan);
-    if (plan.outcome != LightOutcome::kCompute) {
+    const std::string name = view_name + LightName(plan);
+    // Said once, whatever the number of views.
+    if (plan.outcome != LightOutcome::kCompute && view_ == plan_.views.data()) {
       report_.passes.push_back(SkippedPass(name + method_.name, plan.reason));
     }
-    if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
-    LightDataCache::Pointer data;
+    if (plan.outcome == LightOutcome::kSkipped || !(view_->shows_frame || Wants(OutputKind::kVisibility))) {
+      return absl::OkStatus();
+    }
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
-    if (computes) {
+    LightDataCache::Pointer& data = held_light_data_[&plan];
+    if (computes && data == nullptr) {
       ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data"));
     }
     gl::Texture visibility;
@@ -157,11 +197,18 @@ class Frame {
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
                           [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
-    if (plan_.needs_shading) {
+    if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
+    if (view_->shows_frame && HasCatcher()) {
+      RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
+        return AddLight(draw_, gbuffer_, receivers_, light, share, request_, unshadowed_);
+      }));
+    }
+    if (view_ == &plan_.views.back()) held_light_data_.erase(&plan);
     return absl::OkStatus();
   }
 
@@ -205,17 +252,19 @@ class Frame {
     return light_data_->max_bytes() / uint64_t(computed);
   }
 
-  absl::Status ReadBack(const gl::Texture& texture, Image& image) {
+  absl::Status ReadBack(const gl::Texture& texture, OutputKind kind, int channels) {
+    Image& image = images_[kind] = Image(request_.width, request_.height, channels);
     return texture.ReadFloats(image.data(), image.size());
   }
 
   // Visibility to memory: the image, the shares, the largest sum. A NaN out of a pass is our bug.
   absl::Status Collect(size_t light, const gl::Texture& texture, const OcclusionSum* occlusion) {
     Image pairs(request_.width, request_.height, 2);
-    RETURN_IF_ERROR(ReadBack(texture, pairs));
+    RETURN_IF_ERROR(texture.ReadFloats(pairs.data(), pairs.size()));
     const size_t pixels = size_t(request_.width) * request_.height;
     const size_t channels = request_.lights.size();
-    const bool wants_image = visibility_.size() > 0;
+    const bool wants_image = view_->shows_data && Wants(OutputKind::kVisibility);
+    float* const visibility = wants_image ? images_[OutputKind::kVisibility].data() : nullptr;
     for (size_t i = 0; i < pixels; ++i) {
       const float v = pairs.data()[2 * i];
       const float share = pairs.data()[2 * i + 1];
@@ -224,7 +273,7 @@ class Frame {
                                    std::to_string(i % request_.width) + "," + std::to_string(i / request_.width));
       }
       if (wants_image) {
-        float& image_v = visibility_.data()[i * channels + light];
+        float& image_v = visibility[i * channels + light];
         image_v = std::max(image_v, v);  // of both sides, one is 0
       }
       if (share <= 0) continue;
@@ -232,7 +281,7 @@ class Frame {
     }
     if (occlusion != nullptr) {
       Image sums(request_.width, request_.height, 1);
-      RETURN_IF_ERROR(ReadBack(occlusion->sums, sums));
+      RETURN_IF_ERROR(occlusion->sums.ReadFloats(sums.data(), sums.size()));
       const float largest = *std::max_element(sums.data(), sums.data() + sums.size());
       report_.max_sum = std::max(report_.max_sum, double(largest / occlusion->full_sum));
     }
@@ -250,15 +299,20 @@ class Frame {
   const DrawContext& draw_;
   const std::string& scene_name_;
   const FlatScene& scene_;
-  const RenderRequest& request_;
+  RenderRequest request_;  // its camera: the view's
+  const Camera camera_;
   const RegisteredMethod& method_;
   LightDataCache* light_data_;
   Pose pose_;
   FramePlan plan_;
+  const ViewPlan* view_ = nullptr;  // that is drawn
   GBuffer gbuffer_;
   Receivers receivers_;
   gl::Texture frame_;
-  Image visibility_;
+  gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
+  FrameSamples samples_;
+  std::map<const LightPlan*, LightDataCache::Pointer> held_light_data_;  // what later views need
+  std::map<OutputKind, Image> images_;
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
   RenderReport report_;
 };
@@ -315,7 +369,7 @@ class ContextRenderer : public Renderer {
     const absl::Status status = frame.Draw(*on_context, decoder_);
     scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
     RETURN_IF_ERROR(status);
-    ASSIGN_OR_RETURN(RenderResult result, frame.TakeResult());
+    RenderResult result = frame.TakeResult();
     result.report.upload_ms += upload_ms;
     result.report.caches.push_back({.name = "scene_on_context",
                                     .hits = uint64_t(!is_new),

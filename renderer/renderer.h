@@ -40,8 +40,9 @@ struct RenderResult {
   RenderReport report;
 };
 
-// What may stay in a context's GL memory between calls. What a call itself needs comes on top: its scene and one
-// light's data where they are not kept, and the textures of its frame.
+// What may stay in a context's GL memory between calls. What a call itself needs comes on top: its scene and
+// one light's data where they are not kept (with several samples a pixel all lights', light_data_bytes together), and
+// the textures of its frame.
 struct ContextMemory {
   uint64_t scene_bytes = 1ull << 30;         // buffers and textures of scenes
   uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights

@@ -4,7 +4,6 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <utility>
 
@@ -26,7 +25,7 @@ uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent
 std::string Indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
 
 // What the renderer draws.
-bool IsDrawn(OutputKind kind) { return kind == OutputKind::kFrame || kind == OutputKind::kVisibility; }
+bool IsDrawn(OutputKind kind) { return kind != OutputKind::kSoftShadowMap && kind != OutputKind::kPenumbraWidth; }
 
 // The kind and the format of one output. A shadow catcher's FRAME is told by its alpha.
 absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::string& field, const v1::Output& output,
@@ -77,7 +76,6 @@ absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
   if (request.samples() != 0 && request.samples() != 1 && request.samples() != 4 && request.samples() != 8) {
     return FieldError("samples", std::to_string(request.samples()) + "; must be 1, 4 or 8");
   }
-  if (request.samples() > 1) return NotAvailable("samples", std::to_string(request.samples()) + " samples a pixel");
   return absl::OkStatus();
 }
 
@@ -87,7 +85,6 @@ absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request)
   if (request.has_fog()) return NotAvailable("fog", "fog");
   if (request.has_budget()) return NotAvailable("budget", "a budget");
   if (request.has_certify()) return NotAvailable("certify", "measuring the error");
-  if (request.ground().shadow_catcher()) return NotAvailable("ground.shadow_catcher", "a shadow catcher");
   return absl::OkStatus();
 }
 
@@ -110,9 +107,8 @@ absl::Status CheckShading(const v1::Shading& shading, Shading* result) {
   if (!v1::ToneMap_IsValid(shading.tone_map())) {
     return FieldError("shading.tone_map", std::to_string(shading.tone_map()) + "; no such tone map");
   }
-  if (shading.tone_map() > v1::TONE_MAP_NONE) {
-    return NotAvailable("shading.tone_map", v1::ToneMap_Name(shading.tone_map()).substr(std::strlen("TONE_MAP_")));
-  }
+  if (shading.tone_map() == v1::TONE_MAP_ACES) result->tone_map = ToneMap::kAces;
+  if (shading.tone_map() == v1::TONE_MAP_NEUTRAL) result->tone_map = ToneMap::kNeutral;
   return absl::OkStatus();
 }
 
@@ -128,6 +124,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   RETURN_IF_ERROR(CheckNothingIsAskedThatIsNotThere(request));
   plain.width = int(OrDefault(request.width(), kDefaultWidth));
   plain.height = int(OrDefault(request.height(), kDefaultHeight));
+  plain.samples = int(OrDefault(request.samples(), 1));
   plain.seed = request.seed();
   RETURN_IF_ERROR(CheckNodeOverrideFields(request));
   RETURN_IF_ERROR(CheckCameraFields(request.camera()));
@@ -142,7 +139,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   RETURN_IF_ERROR(CheckMethod(request.method(), &plain));
   if (request.has_ground()) {
     RETURN_IF_ERROR(CheckGround(request.ground()));
-    plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), false};
+    plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), request.ground().shadow_catcher()};
   }
   RETURN_IF_ERROR(CheckShading(request.shading(), &plain.shading));
   if (!v1::CacheMode_IsValid(request.cache())) {
