@@ -40,16 +40,18 @@ class Stopwatch {
 // One frame on its way through the house.
 class Frame {
  public:
-  Frame(const DrawContext& draw, const FlatScene& scene, const RenderRequest& request)
-      : draw_(draw), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
+  Frame(const DrawContext& draw, const LtcTextures& ltc, const FlatScene& scene, const RenderRequest& request)
+      : draw_(draw), ltc_(ltc), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
 
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index));
     plan_ = PlanFrame(scene_, pose_, request_);
     DescribePlan();
-    if (plan_.needs_shading) {
-      RETURN_IF_ERROR(
-          Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
+    if (plan_.needs_textures) {
+      const uint64_t before = on_context.decoded_images();
+      RETURN_IF_ERROR(Timed("textures", &report_.upload_ms,
+                            [&] { return on_context.NeedTextures(draw_, scene_, decoder, plan_.needs_shading); }));
+      report_.passes.back().count = on_context.decoded_images() - before;
     }
     RETURN_IF_ERROR(Timed("gbuffer", &report_.shade_ms, [&]() -> absl::Status {
       ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
@@ -60,11 +62,11 @@ class Frame {
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
     if (plan_.needs_shading) {
       RETURN_IF_ERROR(Timed("ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
         return absl::OkStatus();
       }));
     }
-    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i));
+    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i, on_context));
     FinishShares();
     return absl::OkStatus();
   }
@@ -119,7 +121,7 @@ class Frame {
     return absl::OkStatus();
   }
 
-  absl::Status DrawLight(size_t index) {
+  absl::Status DrawLight(size_t index, const SceneOnContext& on_context) {
     const AreaLight& light = request_.lights[index];
     const LightPlan& plan = plan_.lights[index];
     const std::string name = "light[" + std::to_string(index) + "]/";
@@ -131,7 +133,8 @@ class Frame {
     const bool computes = plan.outcome == LightOutcome::kCompute;
     if (computes) {
       RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(occluders, OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
+        ASSIGN_OR_RETURN(occluders, OccludersOnContext::Create(draw_, scene_, on_context,
+                                                               BuildLightSpaceOccluders(scene_, pose_, light)));
         const LightInputs inputs = {occluders.get(), light, request_.seed + uint32_t(index), kMaxLightDataBytes};
         ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
         report_.passes.back().count = data->MapsDrawn();
@@ -151,7 +154,7 @@ class Frame {
                           [&] { return Collect(index, visibility, computes ? &occlusion : nullptr); }));
     if (plan_.needs_shading) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
-        return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
     return absl::OkStatus();
@@ -197,6 +200,7 @@ class Frame {
   }
 
   const DrawContext& draw_;
+  const LtcTextures& ltc_;
   const FlatScene& scene_;
   const RenderRequest& request_;
   const RegisteredMethod& method_;
@@ -212,8 +216,8 @@ class Frame {
 
 class ContextRenderer : public Renderer {
  public:
-  ContextRenderer(gl::Context* context, ImageDecoder decoder)
-      : context_(context), programs_(context), decoder_(std::move(decoder)) {}
+  ContextRenderer(gl::Context* context, LtcTextures ltc, ImageDecoder decoder)
+      : context_(context), programs_(context), ltc_(std::move(ltc)), decoder_(std::move(decoder)) {}
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
@@ -230,7 +234,7 @@ class ContextRenderer : public Renderer {
       entry->second = *std::move(uploaded);
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene, request);
+    Frame frame(draw, ltc_, scene, request);
     RETURN_IF_ERROR(frame.Draw(*entry->second, decoder_));
     ASSIGN_OR_RETURN(RenderResult result, frame.TakeResult());
     result.report.upload_ms += upload_ms;
@@ -241,11 +245,14 @@ class ContextRenderer : public Renderer {
     return result;
   }
 
+  void SetDecoder(ImageDecoder decoder) { decoder_ = std::move(decoder); }
+
   void ForgetScene(const std::string& scene_name) override { scenes_.erase(scene_name); }
 
  private:
   gl::Context* context_;
   gl::ProgramCache programs_;
+  LtcTextures ltc_;
   ImageDecoder decoder_;
   std::map<std::string, std::unique_ptr<SceneOnContext>> scenes_;
 };
@@ -253,8 +260,10 @@ class ContextRenderer : public Renderer {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder) {
-  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder));
+  ASSIGN_OR_RETURN(LtcTextures ltc, LtcTextures::Create(*context));
+  auto renderer = std::make_unique<ContextRenderer>(context, std::move(ltc), WarmUpTexel);
   RETURN_IF_ERROR(WarmUp(*renderer));
+  renderer->SetDecoder(std::move(decoder));
   return renderer;
 }
 

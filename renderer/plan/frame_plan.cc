@@ -103,7 +103,11 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   FramePlan plan;
   const bool wants_visibility = Wants(request, OutputKind::kVisibility);
   plan.needs_shading = Wants(request, OutputKind::kFrame);
-  plan.needs_textures = plan.needs_shading;
+  plan.needs_textures =
+      plan.needs_shading || std::any_of(pose.instances.begin(), pose.instances.end(), [&](const Instance& instance) {
+        return (instance.casts || instance.is_visible) &&
+               scene.CoverageOf(scene.meshes[instance.mesh]) == MaskCoverage::kTested;
+      });
   plan.lights.resize(request.lights.size());
 
   std::vector<Box3d> occluders, receivers, visible;

@@ -27,7 +27,7 @@ struct FramePlan {
   bool draws_gbuffer = true;
   std::string gbuffer_reason;  // why not
   bool needs_shading = true;   // some output shows colours
-  bool needs_textures = true;
+  bool needs_textures = true;  // to shade, or because a MASK material says where its meshes are
   std::vector<LightPlan> lights;
 };
 
