@@ -12,7 +12,7 @@
 namespace halfshade {
 namespace {
 
-constexpr double kAmbientNanosecondsPerPixel = 15;  // llvmpipe, two cores
+constexpr double kAmbientNanosecondsPerPixel = 50;  // llvmpipe, two cores
 constexpr double kLightNanosecondsPerPixel = 120;
 constexpr int kBaseColorsUnit = kPlanesUnit + 1;
 constexpr int kNormalsUnit = kPlanesUnit + 2;

@@ -43,9 +43,6 @@ uniform float occlusion_strength;
 #endif
 
 void main() {
-#ifdef HAS_MASK
-  if (IsMaskedAway(Texcoord(1), base_color.a * vertex_color.a)) discard;
-#endif
   vec4 plane = planes[first_triangle + gl_PrimitiveID];
   vec3 normal = normalize(normal_from_mesh * plane.xyz);
   vec3 point = (camera_from_mesh * vec4(plane.xyz * plane.w, 1.0)).xyz;
@@ -79,5 +76,9 @@ void main() {
   out_normal = vec4(gl_FrontFacing ? smooth_normal : -smooth_normal, rough);
   out_base_color = vec4(color.rgb, metal);
   out_emission = vec4(emitted, occlusion);
+#endif
+#ifdef HAS_MASK
+  // Last: what follows a discard has no derivatives.
+  if (IsMaskedAway(Texcoord(1), base_color.a * vertex_color.a)) discard;
 #endif
 }

@@ -144,23 +144,43 @@ TEST_F(SpecularGlTest, PointsReflectByTheBrdf) {
 // A line is the limit of strips of the same intensity.
 TEST_F(SpecularGlTest, LinesReflectAsThinRectangles) {
   const double length = 1.5, width = 0.004;
-  for (const double roughness : {0.25, 0.5, 1.0}) {
-    const RenderRequest thin =
-        Request(LookFrom({0, 2, 3}, {0, 0, 0}), LightTowardOrigin({1, 2, -2}, 0.4, length, width), 16);
-    RenderRequest line = thin;
-    line.lights[0].height_m = 0;
-    line.lights[0].intensity = glm::vec3(float(length * width));
-    const FlatScene scene = Plate(roughness, 1);
-    const Image a = RenderFrame(scene, thin);
-    const Image b = RenderFrame(scene, line);
-    float largest = 0, worst = 0;
-    for (int y = 0; y < 16; ++y) {
-      for (int x = 0; x < 16; ++x) {
-        largest = std::max(largest, a.at(x, y, 0));
-        worst = std::max(worst, std::abs(a.at(x, y, 0) - b.at(x, y, 0)));
+  for (const double metallic : {0.0, 1.0}) {
+    for (const double roughness : {0.25, 0.5, 1.0}) {
+      const RenderRequest thin =
+          Request(LookFrom({0, 2, 3}, {0, 0, 0}), LightTowardOrigin({1, 2, -2}, 0.4, length, width), 16);
+      RenderRequest line = thin;
+      line.lights[0].height_m = 0;
+      line.lights[0].intensity = glm::vec3(float(length * width));
+      const FlatScene scene = Plate(roughness, metallic);
+      const Image a = RenderFrame(scene, thin);
+      const Image b = RenderFrame(scene, line);
+      float largest = 0, worst = 0;
+      for (int y = 0; y < 16; ++y) {
+        for (int x = 0; x < 16; ++x) {
+          largest = std::max(largest, a.at(x, y, 0));
+          worst = std::max(worst, std::abs(a.at(x, y, 0) - b.at(x, y, 0)));
+        }
       }
+      EXPECT_GT(largest, 0);
+      EXPECT_LE(worst, 0.01 * largest) << roughness;  // a strip of 1/256 against one of 1/750 of the distance
     }
-    EXPECT_LE(worst, 0.01 * largest) << roughness;  // a strip of 1/256 against one of 1/750 of the distance
+  }
+}
+
+TEST_F(SpecularGlTest, ScalingByAPowerOfTwoChangesNoBit) {
+  const auto render = [&](double scale, bool is_line) {
+    AreaLight light = LightTowardOrigin(glm::dvec3(1, 2, -2) * scale, 0.4, 1.5 * scale, is_line ? 0 : 0.5 * scale);
+    light.intensity *= float(scale * scale);  // irradiance falls with the square of the distance
+    const RenderRequest request = Request(LookFrom(glm::dvec3(0, 2, 3) * scale, {0, 0, 0}), light, 16);
+    return RenderFrame(Plate(0.25, 1, kBaseColor, 64 * scale), request);
+  };
+  for (const bool is_line : {false, true}) {
+    const Image one = render(1, is_line);
+    EXPECT_GT(*std::max_element(one.data(), one.data() + one.size()), 0.01f);
+    for (const int exponent : {-20, -7, 5, 20}) {
+      const Image scaled = render(std::ldexp(1.0, exponent), is_line);
+      EXPECT_TRUE(std::equal(one.data(), one.data() + one.size(), scaled.data())) << "2^" << exponent;
+    }
   }
 }
 
