@@ -74,7 +74,7 @@ class GBufferPass {
     } else {
       gl_.Enable(GL_CULL_FACE);
     }
-    const uint32_t planes_per_step = std::max<uint32_t>(1, uint32_t(buffer_alignment_) / sizeof(glm::vec4));
+    const uint32_t planes_per_step = std::max(1u, uint32_t(size_t(buffer_alignment_) / sizeof(glm::vec4)));
     for (uint32_t done = 0; done < drawable.triangle_count; done += kTrianglesPerDraw) {
       const uint32_t first = drawable.first_triangle + done;
       const uint32_t count = std::min(kTrianglesPerDraw, drawable.triangle_count - done);
