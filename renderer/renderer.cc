@@ -57,7 +57,9 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
   report.reason = request.method_reason;
   if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
   if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "no FRAME is asked"));
-  if (!plan.needs_materials) report.passes.push_back(SkippedPass("materials", "no FRAME, NORMAL or ALBEDO is asked"));
+  if (!plan.needs_textures) {
+    report.passes.push_back(SkippedPass("textures", "no FRAME, NORMAL or ALBEDO is asked, and nothing is masked"));
+  }
   if (!plan.needs_object_ids) {
     report.passes.push_back(SkippedPass("object_ids", "no OBJECT_ID and no shadow catcher is asked"));
   }
@@ -67,9 +69,10 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
 // One frame on its way through the house.
 class Frame {
  public:
-  Frame(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
-        LightDataCache* light_data)
+  Frame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name, const FlatScene& scene,
+        const RenderRequest& request, LightDataCache* light_data)
       : draw_(draw),
+        ltc_(ltc),
         scene_name_(scene_name),
         scene_(scene),
         request_(request),
@@ -84,9 +87,11 @@ class Frame {
     if (Wants(OutputKind::kVisibility)) {
       images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
     }
-    if (plan_.needs_materials) {
-      RETURN_IF_ERROR(
-          Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
+    if (plan_.needs_textures) {
+      const uint64_t before = on_context.decoded_images();
+      RETURN_IF_ERROR(Timed("textures", &report_.upload_ms,
+                            [&] { return on_context.NeedTextures(draw_, scene_, decoder, plan_.needs_materials); }));
+      report_.passes.back().count = on_context.decoded_images() - before;
     }
     for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
     if (plan_.needs_shading) {
@@ -124,14 +129,14 @@ class Frame {
     if (view.shows_data) RETURN_IF_ERROR(ReadData());
     if (view.shows_frame) {
       RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
         if (HasCatcher()) {
-          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, gbuffer_, request_));
+          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
         }
         return absl::OkStatus();
       }));
     }
-    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name));
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name, on_context));
     if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
     return Timed(name + "finish_frame", &report_.shade_ms, [&] {
       const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
@@ -170,7 +175,7 @@ class Frame {
   }
 
   // One side of a light.
-  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name) {
+  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name, const SceneOnContext& on_context) {
     const AreaLight& light = plan.light;
     const std::string name = view_name + LightName(plan);
     // Said once, whatever the number of views.
@@ -184,7 +189,7 @@ class Frame {
     const bool computes = plan.outcome == LightOutcome::kCompute;
     LightDataCache::Pointer& data = held_light_data_[&plan];
     if (computes && data == nullptr) {
-      ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data"));
+      ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data", on_context));
     }
     gl::Texture visibility;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
@@ -199,13 +204,13 @@ class Frame {
                           [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
     if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
-        return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
     if (view_->shows_frame && HasCatcher()) {
       RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
-        return AddLight(draw_, gbuffer_, receivers_, light, share, request_, unshadowed_);
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, share, request_, unshadowed_);
       }));
     }
     if (view_ == &plan_.views.back()) held_light_data_.erase(&plan);
@@ -213,7 +218,8 @@ class Frame {
   }
 
   // From the cache, or built and kept there.
-  absl::StatusOr<LightDataCache::Pointer> NeedLightData(const AreaLight& light, const std::string& pass) {
+  absl::StatusOr<LightDataCache::Pointer> NeedLightData(const AreaLight& light, const std::string& pass,
+                                                        const SceneOnContext& on_context) {
     const std::string key =
         LightDataKey(scene_name_, request_, light, method_.name, method_.method->LightDataOptions(request_.method));
     LightDataCache::Pointer data;
@@ -224,8 +230,8 @@ class Frame {
     } else {
       RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
         LightInputs inputs;
-        ASSIGN_OR_RETURN(inputs.occluders,
-                         OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
+        ASSIGN_OR_RETURN(inputs.occluders, OccludersOnContext::Create(draw_, scene_, on_context,
+                                                                      BuildLightSpaceOccluders(scene_, pose_, light)));
         inputs.light = light;
         inputs.seed = request_.seed;
         inputs.max_light_data_bytes = LightDataShare();
@@ -297,6 +303,7 @@ class Frame {
   }
 
   const DrawContext& draw_;
+  const LtcTextures& ltc_;
   const std::string& scene_name_;
   const FlatScene& scene_;
   RenderRequest request_;  // its camera: the view's
@@ -319,12 +326,15 @@ class Frame {
 
 class ContextRenderer : public Renderer {
  public:
-  ContextRenderer(gl::Context* context, ImageDecoder decoder, const ContextMemory& memory)
+  ContextRenderer(gl::Context* context, LtcTextures ltc, ImageDecoder decoder, const ContextMemory& memory)
       : context_(context),
         programs_(context),
+        ltc_(std::move(ltc)),
         decoder_(std::move(decoder)),
         scenes_(memory.scene_bytes),
         light_data_(memory.light_data_bytes) {}
+
+  void SetDecoder(ImageDecoder decoder) { decoder_ = std::move(decoder); }
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
@@ -365,7 +375,7 @@ class ContextRenderer : public Renderer {
       ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene_name, scene, request, &light_data_);
+    Frame frame(draw, ltc_, scene_name, scene, request, &light_data_);
     const absl::Status status = frame.Draw(*on_context, decoder_);
     scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
     RETURN_IF_ERROR(status);
@@ -380,6 +390,7 @@ class ContextRenderer : public Renderer {
 
   gl::Context* context_;
   gl::ProgramCache programs_;
+  LtcTextures ltc_;
   ImageDecoder decoder_;
   gl::ObjectCache<SceneOnContext> scenes_;
   LightDataCache light_data_;
@@ -401,9 +412,11 @@ absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequ
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
                                                            const ContextMemory& memory) {
-  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder), memory);
+  ASSIGN_OR_RETURN(LtcTextures ltc, LtcTextures::Create(*context));
+  auto renderer = std::make_unique<ContextRenderer>(context, std::move(ltc), WarmUpTexel, memory);
   RETURN_IF_ERROR(WarmUp(*renderer));
   renderer->ForgetEverything();
+  renderer->SetDecoder(std::move(decoder));
   return renderer;
 }
 

@@ -155,6 +155,11 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   };
   plan.needs_materials = some_view(&ViewPlan::needs_materials);
   plan.needs_object_ids = some_view(&ViewPlan::needs_object_ids);
+  plan.needs_textures =
+      plan.needs_materials || std::any_of(pose.instances.begin(), pose.instances.end(), [&](const Instance& instance) {
+        return (instance.casts || instance.is_visible) &&
+               scene.CoverageOf(scene.meshes[instance.mesh]) == MaskCoverage::kTested;
+      });
 
   std::vector<Box3d> occluders, receivers, visible;
   for (const Instance& instance : pose.instances) {

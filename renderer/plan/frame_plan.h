@@ -43,6 +43,7 @@ struct FramePlan {
   bool needs_shading = true;      // FRAME
   bool needs_visibility = true;   // FRAME or VISIBILITY: lights count
   bool needs_materials = true;    // of some view
+  bool needs_textures = true;     // for materials, or because a MASK material says where its meshes are
   bool needs_object_ids = false;  // of some view
   double camera_far_m = 0;        // 0: infinite. An orthographic camera always has one, behind everything visible
   std::vector<ViewPlan> views;    // one, or one for data (if any is asked) and then one per sample of FRAME

@@ -44,7 +44,9 @@ const std::vector<Room> kRooms = {
     // The one file that knows every method.
     {"renderer/shadow/registry.cc", {"renderer/renderer.h", "renderer/shadow/"}},
     {"renderer/shade/",
-     {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/"}},
+     {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
+      "renderer/shade/ltc/ltc_table.h"}},
+    {"renderer/shade/ltc/", {}},
     // The story walks through all rooms but the methods' own and the loader's.
     {"renderer/renderer.",
      {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
