@@ -48,7 +48,8 @@ class Client {
   // Uploads the files that the server lacks and makes the scene. The server's errors.
   absl::StatusOr<v1::Scene> UploadScene(const SceneFiles& files);
 
-  // Renders request.scene. `files`, where not null, is that scene: it is uploaded first. The server's errors.
+  // Renders request.scene, of any size that the server grants (RenderStream). `files`, where not null, is that scene:
+  // it is uploaded first. The server's errors.
   absl::StatusOr<v1::RenderResponse> Render(const v1::RenderRequest& request, const SceneFiles* files);
 
   absl::StatusOr<v1::Scene> GetScene(const std::string& name);

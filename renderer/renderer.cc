@@ -41,6 +41,28 @@ class Stopwatch {
 };
 
 using LightDataCache = gl::ObjectCache<LightData>;
+std::string LightName(const LightPlan& plan) {
+  return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
+}
+
+PassReport SkippedPass(const std::string& name, const std::string& reason) {
+  return {.name = name, .is_skipped = true, .reason = reason};
+}
+
+// What is known before drawing, but for the lights' skips.
+RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
+  RenderReport report;
+  report.method = method.name;
+  report.options = method.method->DescribeOptions(request.method);
+  report.reason = request.method_reason;
+  if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
+  if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "no FRAME is asked"));
+  if (!plan.needs_materials) report.passes.push_back(SkippedPass("materials", "no FRAME, NORMAL or ALBEDO is asked"));
+  if (!plan.needs_object_ids) {
+    report.passes.push_back(SkippedPass("object_ids", "no OBJECT_ID and no shadow catcher is asked"));
+  }
+  return report;
+}
 
 // One frame on its way through the house.
 class Frame {
@@ -58,7 +80,10 @@ class Frame {
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
-    DescribePlan();
+    report_ = DescribePlan(plan_, request_, method_);
+    if (Wants(OutputKind::kVisibility)) {
+      images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
+    }
     if (plan_.needs_materials) {
       RETURN_IF_ERROR(
           Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
@@ -82,19 +107,6 @@ class Frame {
   }
 
  private:
-  void DescribePlan() {
-    report_.method = method_.name;
-    report_.options = method_.method->DescribeOptions(request_.method);
-    report_.reason = request_.method_reason;
-    if (!plan_.draws_gbuffer) Skip("gbuffer", plan_.gbuffer_reason);
-    if (!plan_.needs_shading) Skip("shade", "no FRAME is asked");
-    if (!plan_.needs_materials) Skip("materials", "no FRAME, NORMAL or ALBEDO is asked");
-    if (!plan_.needs_object_ids) Skip("object_ids", "no OBJECT_ID and no shadow catcher is asked");
-    if (Wants(OutputKind::kVisibility)) {
-      images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
-    }
-  }
-
   // Everything once, with the pixels' samples where the view has them.
   absl::Status DrawView(const ViewPlan& view, const SceneOnContext& on_context) {
     view_ = &view;
@@ -144,11 +156,6 @@ class Frame {
     return std::find(request_.outputs.begin(), request_.outputs.end(), kind) != request_.outputs.end();
   }
 
-  void Skip(const std::string& name, const std::string& reason) {
-    if (view_ != nullptr && view_ != plan_.views.data()) return;  // said once
-    report_.passes.push_back({.name = name, .is_skipped = true, .reason = reason});
-  }
-
   // Runs one pass, waits for it, and books its wall time.
   template <typename Pass>
   absl::Status Timed(const std::string& name, double* stage_ms, Pass pass) {
@@ -165,8 +172,11 @@ class Frame {
   // One side of a light.
   absl::Status DrawLight(const LightPlan& plan, const std::string& view_name) {
     const AreaLight& light = plan.light;
-    const std::string name = view_name + "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
-    if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
+    const std::string name = view_name + LightName(plan);
+    // Said once, whatever the number of views.
+    if (plan.outcome != LightOutcome::kCompute && view_ == plan_.views.data()) {
+      report_.passes.push_back(SkippedPass(name + method_.name, plan.reason));
+    }
     if (plan.outcome == LightOutcome::kSkipped || !(view_->shows_frame || Wants(OutputKind::kVisibility))) {
       return absl::OkStatus();
     }
@@ -210,7 +220,7 @@ class Frame {
     if (request_.cache == CacheMode::kUse) data = light_data_->Find(key);
     const bool is_hit = data != nullptr;
     if (is_hit) {
-      Skip(pass, "cached");
+      report_.passes.push_back(SkippedPass(pass, "cached"));
     } else {
       RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
         LightInputs inputs;
@@ -376,6 +386,18 @@ class ContextRenderer : public Renderer {
 };
 
 }  // namespace
+
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request) {
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
+  const FramePlan plan = PlanFrame(scene, pose, request);
+  const RegisteredMethod& method = FindMethod(request.method);
+  RenderReport report = DescribePlan(plan, request, method);
+  for (const LightPlan& light : plan.lights) {
+    if (light.outcome == LightOutcome::kCompute) continue;
+    report.passes.push_back(SkippedPass(LightName(light) + method.name, light.reason));
+  }
+  return report;
+}
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
                                                            const ContextMemory& memory) {

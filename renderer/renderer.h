@@ -70,6 +70,10 @@ class Renderer {
   virtual std::vector<CacheReport> Caches() const { return {}; }
 };
 
+// What is known before drawing: method, options, reason, and the skips that the scene proves. Pure, on any thread.
+// INVALID_ARGUMENT where only the scene tells (scene_index).
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request);
+
 // "hard", "multi_map": what RenderRequest::method may hold, by proto field name.
 std::vector<std::string> RegisteredMethods();
 

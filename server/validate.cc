@@ -1,13 +1,16 @@
 #include "server/validate.h"
 
+#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <optional>
+#include <map>
+#include <utility>
 
 #include "renderer/plan/framing.h"
 #include "renderer/status.h"
 #include "server/digest.h"
+#include "server/report_to_proto.h"
 #include "server/scene_name.h"
 #include "server/validate_field.h"
 
@@ -16,80 +19,49 @@ namespace {
 
 constexpr uint32_t kDefaultWidth = 1280;
 constexpr uint32_t kDefaultHeight = 720;
-constexpr uint32_t kMaxPngChannels = 4;
 
 uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent : value; }
 
 std::string Indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
 
-// "OUTPUT_KIND_DEPTH" -> "DEPTH".
-std::string ShortName(const google::protobuf::EnumDescriptor* type, int value, const std::string& prefix) {
-  const auto* found = type->FindValueByNumber(value);
-  return found == nullptr ? std::to_string(value) : found->name().substr(prefix.size());
+// What the renderer draws.
+bool IsDrawn(OutputKind kind) { return kind != OutputKind::kSoftShadowMap && kind != OutputKind::kPenumbraWidth; }
+
+// The kind and the format of one output. A shadow catcher's FRAME is told by its alpha.
+absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::string& field, const v1::Output& output,
+                                                                int lights, bool is_catcher) {
+  const auto kind = FromProto(output.kind());
+  if (!kind) return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
+  const auto encoding = FromProto(output.encoding());
+  if (!encoding) return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
+  if (!IsDrawn(*kind)) return NotAvailable(field + ".kind", ShortName(ToProto(*kind)));
+  absl::StatusOr<OutputFormat> format = FormatOf(*kind, *encoding, lights, is_catcher);
+  if (!format.ok()) return FieldError(field + ".encoding", std::string(format.status().message()));
+  if (!output.layer().empty()) {
+    const absl::Status status = SetLayer(output.layer(), &*format);
+    if (!status.ok()) {
+      return FieldError(field + ".layer", absl::StrCat("\"", absl::CHexEscape(output.layer().substr(0, 80)), "\"; ",
+                                                       std::string(status.message())));
+    }
+  }
+  return std::pair(*kind, *std::move(format));
 }
 
-struct CheckedOutput {
-  OutputKind kind;
-  Encoding encoding;
-};
-
-// The renderer's word for a kind; absent: it does not draw it.
-std::optional<OutputKind> DrawnKind(v1::OutputKind kind) {
-  switch (kind) {
-    case v1::OUTPUT_KIND_UNSPECIFIED:
-    case v1::OUTPUT_KIND_FRAME:
-      return OutputKind::kFrame;
-    case v1::OUTPUT_KIND_VISIBILITY:
-      return OutputKind::kVisibility;
-    case v1::OUTPUT_KIND_DEPTH:
-      return OutputKind::kDepth;
-    case v1::OUTPUT_KIND_NORMAL:
-      return OutputKind::kNormal;
-    case v1::OUTPUT_KIND_ALBEDO:
-      return OutputKind::kAlbedo;
-    case v1::OUTPUT_KIND_OBJECT_ID:
-      return OutputKind::kObjectId;
-    case v1::OUTPUT_KIND_POSITION:
-      return OutputKind::kPosition;
-    default:
-      return std::nullopt;
-  }
-}
-
-absl::StatusOr<CheckedOutput> CheckOutput(const std::string& field, const v1::Output& output, int lights,
-                                          bool has_catcher) {
-  CheckedOutput checked{OutputKind::kFrame, Encoding::kPng};
-  if (!v1::OutputKind_IsValid(output.kind())) {
-    return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
-  }
-  if (!v1::Encoding_IsValid(output.encoding())) {
-    return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
-  }
-  const std::string kind_name = ShortName(v1::OutputKind_descriptor(), output.kind(), "OUTPUT_KIND_");
-  const std::optional<OutputKind> kind = DrawnKind(output.kind());
-  if (!kind) return NotAvailable(field + ".kind", kind_name);
-  checked.kind = *kind;
-  switch (output.encoding()) {
-    case v1::ENCODING_UNSPECIFIED:
-    case v1::ENCODING_PNG:
-      if (checked.kind != OutputKind::kFrame && checked.kind != OutputKind::kVisibility) {
-        return NotAvailable(field + ".encoding", "PNG of " + kind_name);
+// Layers share a file, in which a channel's name stands once.
+absl::Status CheckLayers(const std::vector<OutputFormat>& formats) {
+  std::map<std::string, size_t> owners;
+  for (size_t i = 0; i < formats.size(); ++i) {
+    if (formats[i].layer.empty()) continue;
+    for (const std::string& channel : formats[i].channels) {
+      const auto [owner, is_new] = owners.emplace(channel, i);
+      if (!is_new) {
+        return FieldError(
+            Indexed("outputs", int(i)) + ".layer",
+            absl::StrCat("\"", formats[i].layer, "\"; outputs[", owner->second, "] has a channel ", channel, " too"));
       }
-      if (checked.kind == OutputKind::kFrame && has_catcher) {
-        return NotAvailable(field + ".encoding", "PNG with the alpha of a shadow catcher");
-      }
-      break;
-    case v1::ENCODING_RAW_F32:
-      checked.encoding = Encoding::kRawF32;
-      break;
-    default:
-      return NotAvailable(field + ".encoding", ShortName(v1::Encoding_descriptor(), output.encoding(), "ENCODING_"));
+    }
   }
-  if (checked.kind == OutputKind::kVisibility && checked.encoding == Encoding::kPng && lights > int(kMaxPngChannels)) {
-    return FieldError(field + ".encoding",
-                      "PNG holds 4 channels, the request has " + std::to_string(lights) + " lights; ask for RAW_F32");
-  }
-  return checked;
+  return absl::OkStatus();
 }
 
 absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
@@ -175,21 +147,18 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   }
   if (request.cache() == v1::CACHE_MODE_REFRESH) plain.cache = CacheMode::kRefresh;
   const int lights = std::max(1, request.lights_size());
-  uint64_t reply_bytes = 0;
-  const auto add_output = [&](const CheckedOutput& output) {
-    plain.outputs.push_back(output.kind);
-    result.encodings.push_back(output.encoding);
-    reply_bytes += UncompressedBytes(output.kind, output.encoding, plain.width, plain.height, lights);
-  };
+  const bool is_catcher = request.ground().shadow_catcher();
   auto outputs = request.outputs();
   if (outputs.empty()) outputs.Add();
   for (int i = 0; i < outputs.size(); ++i) {
-    ASSIGN_OR_RETURN(const CheckedOutput output,
-                     CheckOutput(Indexed("outputs", i), outputs[i], lights, request.ground().shadow_catcher()));
-    add_output(output);
+    ASSIGN_OR_RETURN(const auto output, CheckOutput(Indexed("outputs", i), outputs[i], lights, is_catcher));
+    plain.outputs.push_back(output.first);
+    result.formats.push_back(output.second);
+    result.reply_bytes += UncompressedBytes(output.second, plain.width, plain.height);
   }
-  if (reply_bytes > limits.render_reply_bytes) {
-    return absl::FailedPreconditionError("outputs: " + std::to_string(reply_bytes) +
+  RETURN_IF_ERROR(CheckLayers(result.formats));
+  if (result.reply_bytes > limits.render_reply_bytes) {
+    return absl::FailedPreconditionError("outputs: " + std::to_string(result.reply_bytes) +
                                          " bytes before compression; Render returns at most " +
                                          std::to_string(limits.render_reply_bytes) + ", use RenderStream");
   }
@@ -265,7 +234,10 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);
   add(request.outputs.size());
-  for (size_t i = 0; i < request.outputs.size(); ++i) add(request.outputs[i], render.encodings[i]);
+  for (size_t i = 0; i < request.outputs.size(); ++i) {
+    add(request.outputs[i], render.formats[i].encoding, render.formats[i].channels.size());
+    add_text(render.formats[i].layer);
+  }
   return sha.FinishHex();
 }
 

@@ -243,7 +243,6 @@ TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
       {{"scene.glb", "--light", point + " direction=0,-1,0", "--size", "32x32"}, 0, ""},
       {{"scene.glb", "--size", "0x0"}, 64, "--size"},
       {{"scene.glb", "--size", "100000x100000"}, 65, "width"},
-      {{"scene.glb", "--size", "4096x4096"}, 65, "RenderStream"},
       {{"scene.glb", "--method", "multi_map", "--set", "rows=3"}, 64, "rows"},
       {{"scene.glb", "--method", "multi_map", "--set", "k=0"}, 65, "multi_map.k"},
       {{"scene.glb", "--request", "unknown.json"}, 65, "glow"},

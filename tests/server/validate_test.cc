@@ -247,8 +247,39 @@ std::vector<Row> Rows() {
          r.add_outputs()->set_kind(v1::OutputKind(99));
        },
        bad, "outputs[1].kind: 99; no such kind"},
-      {"OutputExr", [](Request& r) { r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF); }, later,
-       "outputs[0].encoding: EXR_HALF"},
+      {"OutputExr", [](Request& r) { r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF); }, ok, ""},
+      {"OutputVisibilityJpeg",
+       [](Request& r) {
+         r.add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY);
+         r.mutable_outputs(0)->set_encoding(v1::ENCODING_JPEG);
+       },
+       bad, "outputs[0].encoding: JPEG holds colours"},
+      {"LayerGood",
+       [](Request& r) {
+         for (const char* layer : {"a", "b"}) {
+           v1::Output* o = r.add_outputs();
+           o->set_encoding(v1::ENCODING_EXR_HALF);
+           o->set_layer(layer);
+         }
+       },
+       ok, ""},
+      {"LayerWithoutExr", [](Request& r) { r.add_outputs()->set_layer("a"); }, bad,
+       "outputs[0].layer: \"a\"; only EXR_HALF and EXR_FLOAT have layers"},
+      {"LayerUnnameable",
+       [](Request& r) {
+         r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF);
+         r.mutable_outputs(0)->set_layer("a\n");
+       },
+       bad, "outputs[0].layer: \"a\\n\"; must be 1 to 64"},
+      {"LayerTwice",
+       [](Request& r) {
+         for (int i = 0; i < 2; ++i) {
+           v1::Output* o = r.add_outputs();
+           o->set_encoding(v1::ENCODING_EXR_HALF);
+           o->set_layer("a");
+         }
+       },
+       bad, "outputs[1].layer: \"a\"; outputs[0] has a channel a.R too"},
       {"EncodingUnknown", [](Request& r) { r.add_outputs()->set_encoding(v1::Encoding(42)); }, bad,
        "outputs[0].encoding: 42; no such"},
       {"VisibilityPngOfFour",
