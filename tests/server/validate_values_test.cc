@@ -5,6 +5,7 @@
 #include <cstring>
 #include <functional>
 
+#include "server/report_to_proto.h"
 #include "server/validate.h"
 #include "tests/server/validate_request.h"
 #include "tests/support/status_matchers.h"
