@@ -17,11 +17,12 @@ struct CommandLine {
   GlobalFlags global;
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
+  CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "query", "compare", "batch", "sample", "bench"};
+constexpr const char* kLater[] = {"plan", "query", "batch", "sample", "bench"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -72,6 +73,16 @@ void AddRender(CLI::App* app, CommandLine* line) {
   render->callback([line] { line->run = [line] { return RunRender(line->global, line->render); }; });
 }
 
+void AddCompare(CLI::App* app, CommandLine* line) {
+  CLI::App* compare = app->add_subcommand("compare", "how far image B is from A, the reference: every error figure");
+  CompareCommand& command = line->compare;
+  compare->add_option("A", command.reference, ".png .exr .jpg .tif .f32 .f16")->required();
+  compare->add_option("B", command.tested, "of the same size and channels")->required();
+  compare->add_option("--mask", command.mask, "an image of one channel: pixels over 0 count");
+  compare->add_option("--size", command.size, "WIDTHxHEIGHT of .f32 and .f16, where no other file tells it");
+  compare->callback([line] { line->run = [line] { return RunCompare(line->global, line->compare); }; });
+}
+
 void AddOthers(CLI::App* app, CommandLine* line) {
   auto add = [&](const char* name, const char* help, absl::Status (*run)(const GlobalFlags&)) {
     app->add_subcommand(name, help)->callback([line, run] { line->run = [line, run] { return run(line->global); }; });
@@ -104,6 +115,7 @@ absl::Status Run(int argc, char** argv) {
   app.fallthrough();
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
+  AddCompare(&app, &line);
   AddOthers(&app, &line);
   try {
     app.parse(argc, argv);

@@ -117,10 +117,9 @@ absl::Status ApplyMethod(const RenderFlags& flags, v1::RenderRequest* request) {
 
 absl::Status ApplyNumbers(const RenderFlags& flags, v1::RenderRequest* request) {
   if (!flags.size.empty()) {
-    uint32_t width = 0, height = 0;
-    RETURN_IF_ERROR(ReadPair("--size", flags.size, 'x', "WIDTHxHEIGHT", &width, &height));
-    request->set_width(width);
-    request->set_height(height);
+    ASSIGN_OR_RETURN(const auto size, ReadSize("--size", flags.size));
+    request->set_width(size.first);
+    request->set_height(size.second);
   }
   if (flags.max_error) request->mutable_budget()->set_max_error(*flags.max_error);
   if (flags.max_latency_ms) {
@@ -195,6 +194,12 @@ absl::Status ApplyOutputs(const RenderFlags& flags, PreparedRender* job) {
 }
 
 }  // namespace
+
+absl::StatusOr<std::pair<uint32_t, uint32_t>> ReadSize(const std::string& flag, const std::string& text) {
+  std::pair<uint32_t, uint32_t> size;
+  RETURN_IF_ERROR(ReadPair(flag, text, 'x', "WIDTHxHEIGHT", &size.first, &size.second));
+  return size;
+}
 
 absl::StatusOr<PreparedRender> PrepareRender(const RenderFlags& flags) {
   PreparedRender job;
