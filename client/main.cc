@@ -53,7 +53,8 @@ void AddRender(CLI::App* app, CommandLine* line) {
     render->add_option(name, *values, help)->allow_extra_args(false);
   };
   render->add_option("SCENE", flags.scene, "a .glb, .gltf or .obj file, or scenes/<hex>; '-' where a file names it");
-  repeatable("-o,--output", &flags.outputs, "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable");
+  repeatable("-o,--output", &flags.outputs,
+             "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers");
   render->add_option("--request", flags.request_file, "a RenderRequest in proto JSON; the other flags override it");
   render->add_option("--view", flags.view_file, "camera, lights and ground of a view file");
   auto* camera = render->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");

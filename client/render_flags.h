@@ -34,8 +34,9 @@ struct RenderFlags {
 };
 
 struct PreparedRender {
-  v1::RenderRequest request;       // scene is "scenes/<hex>", or else the path of a file
-  std::vector<std::string> files;  // of request.outputs, in order; empty: nothing is written
+  v1::RenderRequest request;  // scene is "scenes/<hex>", or else the path of a file
+  // Of request.outputs, in order; "": it is a layer of a file before it. Empty: nothing is written.
+  std::vector<std::string> files;
 };
 
 // "WIDTHxHEIGHT", whole numbers of at least 1. Usage error naming `flag`.
