@@ -17,11 +17,12 @@ struct CommandLine {
   GlobalFlags global;
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
+  CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "query", "compare", "batch", "sample", "bench"};
+constexpr const char* kLater[] = {"plan", "query", "batch", "sample", "bench"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -52,7 +53,8 @@ void AddRender(CLI::App* app, CommandLine* line) {
     render->add_option(name, *values, help)->allow_extra_args(false);
   };
   render->add_option("SCENE", flags.scene, "a .glb, .gltf or .obj file, or scenes/<hex>; '-' where a file names it");
-  repeatable("-o,--output", &flags.outputs, "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable");
+  repeatable("-o,--output", &flags.outputs,
+             "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers");
   render->add_option("--request", flags.request_file, "a RenderRequest in proto JSON; the other flags override it");
   render->add_option("--view", flags.view_file, "camera, lights and ground of a view file");
   auto* camera = render->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");
@@ -70,6 +72,16 @@ void AddRender(CLI::App* app, CommandLine* line) {
   render->add_option("--cache", flags.cache, "use or refresh");
   render->add_flag("--print-request", line->render.prints_request, "print the request as JSON and render nothing");
   render->callback([line] { line->run = [line] { return RunRender(line->global, line->render); }; });
+}
+
+void AddCompare(CLI::App* app, CommandLine* line) {
+  CLI::App* compare = app->add_subcommand("compare", "how far image B is from A, the reference: every error figure");
+  CompareCommand& command = line->compare;
+  compare->add_option("A", command.reference, ".png .exr .jpg .tif .f32 .f16")->required();
+  compare->add_option("B", command.tested, "of the same size and channels")->required();
+  compare->add_option("--mask", command.mask, "an image of one channel: pixels over 0 count");
+  compare->add_option("--size", command.size, "WIDTHxHEIGHT of .f32 and .f16, where no other file tells it");
+  compare->callback([line] { line->run = [line] { return RunCompare(line->global, line->compare); }; });
 }
 
 void AddOthers(CLI::App* app, CommandLine* line) {
@@ -104,6 +116,7 @@ absl::Status Run(int argc, char** argv) {
   app.fallthrough();
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
+  AddCompare(&app, &line);
   AddOthers(&app, &line);
   try {
     app.parse(argc, argv);
