@@ -62,8 +62,11 @@ class RenderCall final : public grpc::ServerUnaryReactor, public std::enable_sha
       FinishOnce(status);
       return;
     }
-    alarm_.Set(deadline_, [self = shared_from_this()](bool is_due) {
-      if (is_due) self->GiveUp(absl::DeadlineExceededError("the deadline passed"));
+    // Weak: an alarm keeps its callback for as long as it lives, and it is ours.
+    alarm_.Set(deadline_, [call = weak_from_this()](bool is_due) {
+      if (const auto self = call.lock(); is_due && self != nullptr) {
+        self->GiveUp(absl::DeadlineExceededError("the deadline passed"));
+      }
     });
     plant_->pool->Run([self = shared_from_this()] { self->Prepare(); });
   }
