@@ -10,6 +10,7 @@
 #include <future>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "client/rendezvous.h"
 #include "client/retry.h"
@@ -22,7 +23,7 @@ namespace halfshade {
 namespace {
 
 constexpr size_t kChunkBytes = 1 << 20;
-// A reply carries at most 4 MiB of pixels, which PNG can make a little larger, and a report.
+// Pictures come in chunks of 256 KiB; what else a server sends, a scene's description say, is far below this.
 constexpr int kMaxReplyBytes = 6 << 20;
 constexpr auto kRetryWindow = std::chrono::seconds(60);
 // With other servers to turn to, a dead one is left sooner.
@@ -45,6 +46,32 @@ std::shared_ptr<grpc::Channel> CreateChannelTo(const std::string& server) {
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
   arguments.SetMaxReceiveMessageSize(kMaxReplyBytes);
   return grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
+}
+
+// Puts the parts of a stream together: the plan, then each image's header and chunks, then the report.
+grpc::Status ReadStream(grpc::ClientReader<v1::RenderStreamResponse>* stream, v1::RenderResponse* response) {
+  response->Clear();
+  v1::RenderStreamResponse part;
+  bool is_in_order = true;
+  while (stream->Read(&part)) {
+    switch (part.part_case()) {
+      case v1::RenderStreamResponse::kHeader:
+        response->add_images()->Swap(part.mutable_header());
+        break;
+      case v1::RenderStreamResponse::kChunk:
+        is_in_order &= response->images_size() > 0;
+        if (is_in_order) response->mutable_images()->rbegin()->mutable_data()->append(part.chunk());
+        break;
+      case v1::RenderStreamResponse::kReport:
+        response->mutable_report()->Swap(part.mutable_report());
+        break;
+      default:
+        break;  // the plan, or what a later version adds
+    }
+  }
+  const grpc::Status status = stream->Finish();
+  if (!status.ok() || (is_in_order && response->has_report())) return status;
+  return {grpc::StatusCode::INTERNAL, "RenderStream: the server's stream has no report, or a chunk before its image"};
 }
 
 std::optional<std::string> PushbackOf(const grpc::ClientContext& context) {
@@ -89,7 +116,7 @@ void Client::Notice(const std::string& sentence) const {
   if (notice_) notice_(sentence);
 }
 
-absl::Status Client::Call(const std::string& scene, const Attempt& attempt) const {
+absl::Status Client::Call(const std::string& scene, const Attempt& attempt, const std::function<bool()>& got_on) const {
   const int max_attempts = servers_.size() > 1 ? kAttemptsWithOthers : kAttempts;
   for (int i = 0;; ++i) {
     grpc::ClientContext context;
@@ -97,8 +124,10 @@ absl::Status Client::Call(const std::string& scene, const Attempt& attempt) cons
     if (!scene.empty()) context.AddMetadata("x-halfshade-scene", scene);
     const grpc::Status status = attempt(&context);
     if (status.ok()) return absl::OkStatus();
+    const bool is_stuck = !got_on || !got_on();
+    if (!is_stuck) i = 0;
     const auto pause = RetryPause(status.error_code(), PushbackOf(context), i, max_attempts);
-    if (!pause || Clock::now() + *pause >= retry_until_) return ToAbsl(status);
+    if (!pause || Clock::now() + *pause >= (is_stuck ? retry_until_ : deadline_)) return ToAbsl(status);
     Notice(absl::StrCat(status.error_message(), "; again in ", pause->count(), " ms"));
     std::this_thread::sleep_for(*pause);
   }
@@ -117,10 +146,12 @@ absl::Status Client::OnServersOf(const std::string& scene,
 absl::Status Client::UploadBlob(const std::string& server, const std::string& scene, const SceneFile& file,
                                 const std::function<void(size_t bytes)>& sent) {
   const auto stub = v1::SceneService::NewStub(ChannelTo(server));
-  bool is_cut = false;
-  return Call(scene, [&](grpc::ClientContext* context) -> grpc::Status {
-    uint64_t offset = 0;
-    if (is_cut) {
+  // What an earlier upload left, ours or another's, is not sent again. For one chunk the question is not worth a call.
+  bool may_be_begun = file.bytes.size() > kChunkBytes;
+  uint64_t begin = 0, furthest = 0;  // of the last attempt; of all
+  const auto upload = [&](grpc::ClientContext* context) -> grpc::Status {
+    begin = 0;
+    if (may_be_begun) {
       grpc::ClientContext query_context;
       query_context.set_deadline(deadline_);
       query_context.AddMetadata("x-halfshade-scene", scene);
@@ -128,13 +159,14 @@ absl::Status Client::UploadBlob(const std::string& server, const std::string& sc
       query.set_digest(file.digest);
       v1::QueryUploadResponse progress;
       // Without an answer the upload starts over.
-      if (stub->QueryUpload(&query_context, query, &progress).ok()) offset = progress.committed_bytes();
+      if (stub->QueryUpload(&query_context, query, &progress).ok()) begin = progress.committed_bytes();
       if (progress.complete()) return grpc::Status::OK;
-      if (offset >= file.bytes.size()) offset = 0;
+      if (begin > file.bytes.size()) begin = 0;
     }
-    is_cut = true;
+    may_be_begun = true;
     v1::UploadBlobResponse response;
     const auto writer = stub->UploadBlob(context, &response);
+    uint64_t offset = begin;
     do {
       v1::UploadBlobRequest chunk;
       chunk.set_digest(file.digest);
@@ -147,7 +179,15 @@ absl::Status Client::UploadBlob(const std::string& server, const std::string& sc
     } while (offset < file.bytes.size());
     writer->WritesDone();
     return writer->Finish();
-  });
+  };
+  const auto got_on = [&] { return begin > std::exchange(furthest, std::max(furthest, begin)); };
+  absl::Status status = Call(scene, upload, got_on);
+  if (absl::IsInvalidArgument(status) && begin > 0) {
+    // What was there does not fit our bytes, or went meanwhile.
+    may_be_begun = false;
+    status = Call(scene, upload, got_on);
+  }
+  return status;
 }
 
 absl::Status Client::UploadBlobs(const std::string& server, const SceneFiles& files) {
@@ -204,6 +244,10 @@ absl::StatusOr<v1::Scene> Client::UploadScene(const SceneFiles& files) {
 }
 
 absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& request, const SceneFiles* files) {
+  // Always the stream: whether a result fits Render depends on samples that the server alone chooses, and a small one
+  // costs a message more.
+  v1::RenderStreamRequest stream_request;
+  *stream_request.mutable_request() = request;
   v1::RenderResponse response;
   const auto render_on = [&](const std::string& server) {
     const auto stub = v1::RenderService::NewStub(ChannelTo(server));
@@ -213,8 +257,9 @@ absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& reque
       v1::Scene scene;
       if (files != nullptr) RETURN_IF_ERROR(UploadAndCreate(server, *files, &scene));
       Report("render", -1);
-      status = Call(request.scene(),
-                    [&](grpc::ClientContext* context) { return stub->Render(context, request, &response); });
+      status = Call(request.scene(), [&](grpc::ClientContext* context) {
+        return ReadStream(stub->RenderStream(context, stream_request).get(), &response);
+      });
       if (files == nullptr || !absl::IsNotFound(status)) break;
     }
     return status;

@@ -32,6 +32,14 @@ struct BenchCommand {
   std::string folder;
 };
 
+struct CompareCommand {
+  std::string reference;
+  std::string tested;
+  std::string mask;  // empty: every pixel counts
+  std::string size;  // WIDTHxHEIGHT of files without a header
+};
+
+absl::Status RunCompare(const GlobalFlags& global, const CompareCommand& command);
 absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command);
 absl::Status RunUpload(const GlobalFlags& global, const std::string& file);
 absl::Status RunScenes(const GlobalFlags& global);

@@ -18,11 +18,12 @@ struct CommandLine {
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
   BenchCommand bench;
+  CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "query", "compare", "batch", "sample"};
+constexpr const char* kLater[] = {"plan", "query", "batch", "sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -53,7 +54,8 @@ void AddRender(CLI::App* app, CommandLine* line) {
     render->add_option(name, *values, help)->allow_extra_args(false);
   };
   render->add_option("SCENE", flags.scene, "a .glb, .gltf or .obj file, or scenes/<hex>; '-' where a file names it");
-  repeatable("-o,--output", &flags.outputs, "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable");
+  repeatable("-o,--output", &flags.outputs,
+             "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers");
   render->add_option("--request", flags.request_file, "a RenderRequest in proto JSON; the other flags override it");
   render->add_option("--view", flags.view_file, "camera, lights and ground of a view file");
   auto* camera = render->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");
@@ -82,6 +84,16 @@ void AddBench(CLI::App* app, CommandLine* line) {
   bench->add_option("-o,--output", line->bench.folder, "folder for index.html, bench.txt, bench.csv and bench.json")
       ->required();
   bench->callback([line] { line->run = [line] { return RunBench(line->global, line->bench); }; });
+}
+
+void AddCompare(CLI::App* app, CommandLine* line) {
+  CLI::App* compare = app->add_subcommand("compare", "how far image B is from A, the reference: every error figure");
+  CompareCommand& command = line->compare;
+  compare->add_option("A", command.reference, ".png .exr .jpg .tif .f32 .f16")->required();
+  compare->add_option("B", command.tested, "of the same size and channels")->required();
+  compare->add_option("--mask", command.mask, "an image of one channel: pixels over 0 count");
+  compare->add_option("--size", command.size, "WIDTHxHEIGHT of .f32 and .f16, where no other file tells it");
+  compare->callback([line] { line->run = [line] { return RunCompare(line->global, line->compare); }; });
 }
 
 void AddOthers(CLI::App* app, CommandLine* line) {
@@ -117,6 +129,7 @@ absl::Status Run(int argc, char** argv) {
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
   AddBench(&app, &line);
+  AddCompare(&app, &line);
   AddOthers(&app, &line);
   try {
     app.parse(argc, argv);

@@ -8,10 +8,15 @@
 #include <map>
 
 #include "renderer/gl/draw_context.h"
+#include "renderer/gl/object_cache.h"
+#include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
+#include "renderer/math/camera.h"
 #include "renderer/plan/frame_plan.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
+#include "renderer/shade/data_image.h"
+#include "renderer/shade/finish_frame.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shade/shade.h"
 #include "renderer/shadow/finish_visibility.h"
@@ -22,8 +27,6 @@
 namespace halfshade {
 namespace {
 
-// Maps of one light beyond this are drawn again at every resolve instead of being kept.
-constexpr uint64_t kMaxLightDataBytes = 256ull << 20;
 // Visibility nearer to 0 or 1 than this is umbra or light.
 constexpr float kPenumbraMargin = 1.0f / 512;
 
@@ -37,73 +40,125 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+using LightDataCache = gl::ObjectCache<LightData>;
+std::string LightName(const LightPlan& plan) {
+  return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
+}
+
+PassReport SkippedPass(const std::string& name, const std::string& reason) {
+  return {.name = name, .is_skipped = true, .reason = reason};
+}
+
+// What is known before drawing, but for the lights' skips.
+RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
+  RenderReport report;
+  report.method = method.name;
+  report.options = method.method->DescribeOptions(request.method);
+  report.reason = request.method_reason;
+  if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
+  if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "no FRAME is asked"));
+  if (!plan.needs_textures) {
+    report.passes.push_back(SkippedPass("textures", "no FRAME, NORMAL or ALBEDO is asked, and nothing is masked"));
+  }
+  if (!plan.needs_object_ids) {
+    report.passes.push_back(SkippedPass("object_ids", "no OBJECT_ID and no shadow catcher is asked"));
+  }
+  return report;
+}
+
 // One frame on its way through the house.
 class Frame {
  public:
-  Frame(const DrawContext& draw, const FlatScene& scene, const RenderRequest& request)
-      : draw_(draw), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
+  Frame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name, const FlatScene& scene,
+        const RenderRequest& request, LightDataCache* light_data)
+      : draw_(draw),
+        ltc_(ltc),
+        scene_name_(scene_name),
+        scene_(scene),
+        request_(request),
+        camera_(request.camera),
+        method_(FindMethod(request.method)),
+        light_data_(light_data) {}
 
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
-    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index));
+    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
-    DescribePlan();
-    if (plan_.needs_shading) {
-      RETURN_IF_ERROR(
-          Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
+    report_ = DescribePlan(plan_, request_, method_);
+    if (Wants(OutputKind::kVisibility)) {
+      images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
     }
-    RETURN_IF_ERROR(Timed("gbuffer", &report_.shade_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
-                                             plan_.needs_shading));
-      report_.passes.back().count = gbuffer_.triangles_drawn;
-      return absl::OkStatus();
-    }));
-    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    if (plan_.needs_textures) {
+      const uint64_t before = on_context.decoded_images();
+      RETURN_IF_ERROR(Timed("textures", &report_.upload_ms,
+                            [&] { return on_context.NeedTextures(draw_, scene_, decoder, plan_.needs_materials); }));
+      report_.passes.back().count = on_context.decoded_images() - before;
+    }
+    for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
     if (plan_.needs_shading) {
-      RETURN_IF_ERROR(Timed("ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
-        return absl::OkStatus();
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] {
+        return ReadBack(FrameSamples::AreNeeded(request_) ? samples_.Take() : std::move(frame_), OutputKind::kFrame, 4);
       }));
     }
-    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i));
     FinishShares();
     return absl::OkStatus();
   }
 
   // In the order of RenderRequest::outputs.
-  absl::StatusOr<RenderResult> TakeResult() {
+  RenderResult TakeResult() {
     RenderResult result;
-    for (const OutputKind kind : request_.outputs) {
-      if (kind == OutputKind::kVisibility) {
-        result.images.push_back({kind, visibility_});
-      } else {
-        Image image(request_.width, request_.height, 4);
-        RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] { return ReadBack(frame_, image); }));
-        result.images.push_back({kind, std::move(image)});
-      }
-    }
+    for (const OutputKind kind : request_.outputs) result.images.push_back({kind, images_[kind]});
     result.report = std::move(report_);
     return result;
   }
 
  private:
-  void DescribePlan() {
-    report_.method = method_.name;
-    report_.options = method_.method->DescribeOptions(request_.method);
-    report_.reason = request_.method_reason;
-    if (!plan_.draws_gbuffer) Skip("gbuffer", plan_.gbuffer_reason);
-    if (!plan_.needs_shading) Skip("shade", "only visibility is asked");
-    if (!plan_.needs_textures) Skip("textures", "no output needs them");
-    if (Wants(OutputKind::kVisibility)) {
-      visibility_ = Image(request_.width, request_.height, int(request_.lights.size()));
+  // Everything once, with the pixels' samples where the view has them.
+  absl::Status DrawView(const ViewPlan& view, const SceneOnContext& on_context) {
+    view_ = &view;
+    request_.camera = ShiftedCamera(camera_, view.offset_pixels, request_.width, request_.height);
+    request_.camera.far_m = plan_.camera_far_m;
+    const std::string name =
+        plan_.views.size() > 1 ? "view[" + std::to_string(&view - plan_.views.data()) + "]/" : std::string();
+    RETURN_IF_ERROR(Timed(name + "gbuffer", &report_.shade_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
+                                             {view.needs_materials, view.needs_object_ids}));
+      report_.passes.back().count = gbuffer_.triangles_drawn;
+      return absl::OkStatus();
+    }));
+    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    if (view.shows_data) RETURN_IF_ERROR(ReadData());
+    if (view.shows_frame) {
+      RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
+        if (HasCatcher()) {
+          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
+        }
+        return absl::OkStatus();
+      }));
     }
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name, on_context));
+    if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
+    return Timed(name + "finish_frame", &report_.shade_ms, [&] {
+      const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
+      return samples_.Add(draw_, frame_, HasCatcher() ? &catcher : nullptr, request_);
+    });
   }
+
+  absl::Status ReadData() {
+    for (const OutputKind kind : request_.outputs) {
+      if (kind == OutputKind::kFrame || images_.contains(kind)) continue;
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(images_[kind], ReadDataImage(draw_, kind, gbuffer_, request_.camera));
+        return absl::OkStatus();
+      }));
+    }
+    return absl::OkStatus();
+  }
+
+  bool HasCatcher() const { return request_.ground && request_.ground->is_shadow_catcher; }
 
   bool Wants(OutputKind kind) const {
     return std::find(request_.outputs.begin(), request_.outputs.end(), kind) != request_.outputs.end();
-  }
-
-  void Skip(const std::string& name, const std::string& reason) {
-    report_.passes.push_back({.name = name, .is_skipped = true, .reason = reason});
   }
 
   // Runs one pass, waits for it, and books its wall time.
@@ -119,55 +174,103 @@ class Frame {
     return absl::OkStatus();
   }
 
-  absl::Status DrawLight(size_t index) {
-    const AreaLight& light = request_.lights[index];
-    const LightPlan& plan = plan_.lights[index];
-    const std::string name = "light[" + std::to_string(index) + "]/";
-    if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
-    if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
-    std::unique_ptr<OccludersOnContext> occluders;
-    std::unique_ptr<LightData> data;
+  // One side of a light.
+  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name, const SceneOnContext& on_context) {
+    const AreaLight& light = plan.light;
+    const std::string name = view_name + LightName(plan);
+    // Said once, whatever the number of views.
+    if (plan.outcome != LightOutcome::kCompute && view_ == plan_.views.data()) {
+      report_.passes.push_back(SkippedPass(name + method_.name, plan.reason));
+    }
+    if (plan.outcome == LightOutcome::kSkipped || !(view_->shows_frame || Wants(OutputKind::kVisibility))) {
+      return absl::OkStatus();
+    }
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
-    if (computes) {
-      RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(occluders, OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
-        const LightInputs inputs = {occluders.get(), light, request_.seed + uint32_t(index), kMaxLightDataBytes};
-        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
-        report_.passes.back().count = data->MapsDrawn();
-        return absl::OkStatus();
-      }));
-      report_.caches.push_back({.name = name + "light_data", .misses = 1, .bytes = data->SizeBytes()});
+    LightDataCache::Pointer& data = held_light_data_[&plan];
+    if (computes && data == nullptr) {
+      ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data", on_context));
     }
     gl::Texture visibility;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
       if (computes) {
         ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
+        report_.passes.back().count = data->MapsRedrawn();
       }
       ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
       return absl::OkStatus();
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
-                          [&] { return Collect(index, visibility, computes ? &occlusion : nullptr); }));
-    if (plan_.needs_shading) {
+                          [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
+    if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
-        return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
+    if (view_->shows_frame && HasCatcher()) {
+      RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, share, request_, unshadowed_);
+      }));
+    }
+    if (view_ == &plan_.views.back()) held_light_data_.erase(&plan);
     return absl::OkStatus();
   }
 
-  absl::Status ReadBack(const gl::Texture& texture, Image& image) {
+  // From the cache, or built and kept there.
+  absl::StatusOr<LightDataCache::Pointer> NeedLightData(const AreaLight& light, const std::string& pass,
+                                                        const SceneOnContext& on_context) {
+    const std::string key =
+        LightDataKey(scene_name_, request_, light, method_.name, method_.method->LightDataOptions(request_.method));
+    LightDataCache::Pointer data;
+    if (request_.cache == CacheMode::kUse) data = light_data_->Find(key);
+    const bool is_hit = data != nullptr;
+    if (is_hit) {
+      report_.passes.push_back(SkippedPass(pass, "cached"));
+    } else {
+      RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
+        LightInputs inputs;
+        ASSIGN_OR_RETURN(inputs.occluders, OccludersOnContext::Create(draw_, scene_, on_context,
+                                                                      BuildLightSpaceOccluders(scene_, pose_, light)));
+        inputs.light = light;
+        inputs.seed = request_.seed;
+        inputs.max_light_data_bytes = LightDataShare();
+        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
+        report_.passes.back().count = data->MapsDrawn();
+        return absl::OkStatus();
+      }));
+      light_data_->Keep(key, data);
+    }
+    if (const uint64_t redrawn = data->MapsRedrawn(); redrawn > 0) {
+      std::string& reason = report_.passes.back().reason;
+      reason += (reason.empty() ? "" : "; ") + std::to_string(redrawn) +
+                " maps do not fit the light cache: drawn at every resolve";
+    }
+    report_.caches.push_back(
+        {.name = pass, .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
+    return data;
+  }
+
+  // Each light of this request may take as much of the cache, so that the next request finds them all.
+  uint64_t LightDataShare() const {
+    const auto computed = std::count_if(plan_.lights.begin(), plan_.lights.end(),
+                                        [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; });
+    return light_data_->max_bytes() / uint64_t(computed);
+  }
+
+  absl::Status ReadBack(const gl::Texture& texture, OutputKind kind, int channels) {
+    Image& image = images_[kind] = Image(request_.width, request_.height, channels);
     return texture.ReadFloats(image.data(), image.size());
   }
 
   // Visibility to memory: the image, the shares, the largest sum. A NaN out of a pass is our bug.
   absl::Status Collect(size_t light, const gl::Texture& texture, const OcclusionSum* occlusion) {
     Image pairs(request_.width, request_.height, 2);
-    RETURN_IF_ERROR(ReadBack(texture, pairs));
+    RETURN_IF_ERROR(texture.ReadFloats(pairs.data(), pairs.size()));
     const size_t pixels = size_t(request_.width) * request_.height;
     const size_t channels = request_.lights.size();
-    const bool wants_image = visibility_.size() > 0;
+    const bool wants_image = view_->shows_data && Wants(OutputKind::kVisibility);
+    float* const visibility = wants_image ? images_[OutputKind::kVisibility].data() : nullptr;
     for (size_t i = 0; i < pixels; ++i) {
       const float v = pairs.data()[2 * i];
       const float share = pairs.data()[2 * i + 1];
@@ -175,13 +278,16 @@ class Frame {
         return absl::InternalError(method_.name + ": visibility " + std::to_string(v) + " at pixel " +
                                    std::to_string(i % request_.width) + "," + std::to_string(i / request_.width));
       }
-      if (wants_image) visibility_.data()[i * channels + light] = v;
+      if (wants_image) {
+        float& image_v = visibility[i * channels + light];
+        image_v = std::max(image_v, v);  // of both sides, one is 0
+      }
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }
     if (occlusion != nullptr) {
       Image sums(request_.width, request_.height, 1);
-      RETURN_IF_ERROR(ReadBack(occlusion->sums, sums));
+      RETURN_IF_ERROR(occlusion->sums.ReadFloats(sums.data(), sums.size()));
       const float largest = *std::max_element(sums.data(), sums.data() + sums.size());
       report_.max_sum = std::max(report_.max_sum, double(largest / occlusion->full_sum));
     }
@@ -197,64 +303,120 @@ class Frame {
   }
 
   const DrawContext& draw_;
+  const LtcTextures& ltc_;
+  const std::string& scene_name_;
   const FlatScene& scene_;
-  const RenderRequest& request_;
+  RenderRequest request_;  // its camera: the view's
+  const Camera camera_;
   const RegisteredMethod& method_;
+  LightDataCache* light_data_;
   Pose pose_;
   FramePlan plan_;
+  const ViewPlan* view_ = nullptr;  // that is drawn
   GBuffer gbuffer_;
   Receivers receivers_;
   gl::Texture frame_;
-  Image visibility_;
+  gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
+  FrameSamples samples_;
+  std::map<const LightPlan*, LightDataCache::Pointer> held_light_data_;  // what later views need
+  std::map<OutputKind, Image> images_;
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
   RenderReport report_;
 };
 
 class ContextRenderer : public Renderer {
  public:
-  ContextRenderer(gl::Context* context, ImageDecoder decoder)
-      : context_(context), programs_(context), decoder_(std::move(decoder)) {}
+  ContextRenderer(gl::Context* context, LtcTextures ltc, ImageDecoder decoder, const ContextMemory& memory)
+      : context_(context),
+        programs_(context),
+        ltc_(std::move(ltc)),
+        decoder_(std::move(decoder)),
+        scenes_(memory.scene_bytes),
+        light_data_(memory.light_data_bytes) {}
+
+  void SetDecoder(ImageDecoder decoder) { decoder_ = std::move(decoder); }
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
+    auto result = Draw(scene_name, scene, request, stop);
+    // Nothing is in use any more.
+    scenes_.Trim();
+    light_data_.Trim();
+    return result;
+  }
+
+  void ForgetScene(const std::string& scene_name) override {
+    scenes_.Forget(SceneKey(scene_name));
+    light_data_.Forget(LightDataPrefix(scene_name));
+  }
+
+  std::vector<CacheReport> Caches() const override {
+    return {{"scene_on_context", scenes_.hits(), scenes_.misses(), scenes_.bytes()},
+            {"light_data", light_data_.hits(), light_data_.misses(), light_data_.bytes()}};
+  }
+
+  void ForgetEverything() {
+    scenes_.Clear();
+    light_data_.Clear();
+  }
+
+ private:
+  // The beginning of no other scene's.
+  static std::string SceneKey(const std::string& scene_name) { return scene_name + "\n"; }
+
+  absl::StatusOr<RenderResult> Draw(const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
+                                    const StopCheck& stop) {
     gl::Pacer pacer(*context_, stop);
     const DrawContext draw = {context_, &programs_, &pacer};
     const Stopwatch stopwatch;
-    auto [entry, is_new] = scenes_.try_emplace(scene_name);
+    auto on_context = scenes_.Find(SceneKey(scene_name));
+    const bool is_new = on_context == nullptr;
     if (is_new) {
-      auto uploaded = SceneOnContext::Create(draw, scene);
-      if (!uploaded.ok()) {
-        scenes_.erase(entry);
-        return uploaded.status();
-      }
-      entry->second = *std::move(uploaded);
+      ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene, request);
-    RETURN_IF_ERROR(frame.Draw(*entry->second, decoder_));
-    ASSIGN_OR_RETURN(RenderResult result, frame.TakeResult());
+    Frame frame(draw, ltc_, scene_name, scene, request, &light_data_);
+    const absl::Status status = frame.Draw(*on_context, decoder_);
+    scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
+    RETURN_IF_ERROR(status);
+    RenderResult result = frame.TakeResult();
     result.report.upload_ms += upload_ms;
     result.report.caches.push_back({.name = "scene_on_context",
                                     .hits = uint64_t(!is_new),
                                     .misses = uint64_t(is_new),
-                                    .bytes = entry->second->SizeBytes()});
+                                    .bytes = on_context->SizeBytes()});
     return result;
   }
 
-  void ForgetScene(const std::string& scene_name) override { scenes_.erase(scene_name); }
-
- private:
   gl::Context* context_;
   gl::ProgramCache programs_;
+  LtcTextures ltc_;
   ImageDecoder decoder_;
-  std::map<std::string, std::unique_ptr<SceneOnContext>> scenes_;
+  gl::ObjectCache<SceneOnContext> scenes_;
+  LightDataCache light_data_;
 };
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder) {
-  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder));
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request) {
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
+  const FramePlan plan = PlanFrame(scene, pose, request);
+  const RegisteredMethod& method = FindMethod(request.method);
+  RenderReport report = DescribePlan(plan, request, method);
+  for (const LightPlan& light : plan.lights) {
+    if (light.outcome == LightOutcome::kCompute) continue;
+    report.passes.push_back(SkippedPass(LightName(light) + method.name, light.reason));
+  }
+  return report;
+}
+
+absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
+                                                           const ContextMemory& memory) {
+  ASSIGN_OR_RETURN(LtcTextures ltc, LtcTextures::Create(*context));
+  auto renderer = std::make_unique<ContextRenderer>(context, std::move(ltc), WarmUpTexel, memory);
   RETURN_IF_ERROR(WarmUp(*renderer));
+  renderer->ForgetEverything();
+  renderer->SetDecoder(std::move(decoder));
   return renderer;
 }
 

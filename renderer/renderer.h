@@ -40,23 +40,39 @@ struct RenderResult {
   RenderReport report;
 };
 
+// What may stay in a context's GL memory between calls. What a call itself needs comes on top: its scene and
+// one light's data where they are not kept (with several samples a pixel all lights', light_data_bytes together), and
+// the textures of its frame.
+struct ContextMemory {
+  uint64_t scene_bytes = 1ull << 30;         // buffers and textures of scenes
+  uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights
+};
+
 // The renderer of one GL context. Lives and is used on the context's thread, with the context current.
 class Renderer {
  public:
   // Compiles and draws every program once (shaders compile at the first draw), so that the first request is not slow.
   // INTERNAL with a shader's path and log if one does not compile.
-  static absl::StatusOr<std::unique_ptr<Renderer>> Create(gl::Context* context, ImageDecoder decoder);
+  static absl::StatusOr<std::unique_ptr<Renderer>> Create(gl::Context* context, ImageDecoder decoder,
+                                                          const ContextMemory& memory = {});
   virtual ~Renderer() = default;
 
-  // `scene_name` keys the GL buffers that stay on the context between calls; `scene` must be the same for the same
-  // name. Errors: what `stop` returns (CANCELLED, DEADLINE_EXCEEDED); UNIMPLEMENTED naming what is missing;
-  // INVALID_ARGUMENT where only the scene tells (scene_index); INTERNAL for a GL error or a NaN.
+  // `scene_name` keys what stays on the context between calls; `scene` must be the same for the same name. Errors: what
+  // `stop` returns (CANCELLED, DEADLINE_EXCEEDED); UNIMPLEMENTED naming what is missing; INVALID_ARGUMENT where only
+  // the scene tells (scene_index); INTERNAL for a GL error or a NaN.
   virtual absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                               const RenderRequest& request, const StopCheck& stop) = 0;
 
-  // Forgets GL buffers of a scene. OK if there are none.
+  // Frees all that stayed of a scene. OK if there is nothing.
   virtual void ForgetScene(const std::string& scene_name) = 0;
+
+  // What stays on the context now, and how often it was found since the start.
+  virtual std::vector<CacheReport> Caches() const { return {}; }
 };
+
+// What is known before drawing: method, options, reason, and the skips that the scene proves. Pure, on any thread.
+// INVALID_ARGUMENT where only the scene tells (scene_index).
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request);
 
 // "hard", "multi_map": what RenderRequest::method may hold, by proto field name.
 std::vector<std::string> RegisteredMethods();

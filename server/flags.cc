@@ -23,6 +23,8 @@ void AddLimits(CLI::App& app, Limits* limits) {
   app.add_option("--max-gltf-json-bytes", limits->gltf_json_bytes, "bytes of a glTF's JSON");
   app.add_option("--max-gltf-json-depth", limits->gltf_json_depth, "depth of a glTF's JSON");
   app.add_option("--queue", limits->queue, "renders that may wait for a context")->check(CLI::Range(1, 1 << 20));
+  app.add_option("--max-unfinished-uploads", limits->unfinished_uploads, "uploads under way or cut, of all clients")
+      ->check(CLI::Range(1, 1 << 20));
   app.add_option("--max-render-reply-bytes", limits->render_reply_bytes, "uncompressed images of one Render reply");
 }
 
@@ -42,8 +44,19 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   app.add_option("--http", options.http, "HOST:PORT of /livez and /readyz, or off")->capture_default_str();
   app.add_option("--scene-store", options.scene_store_dir,
                  "folder that keeps scenes; default: a private temporary one");
-  app.add_option("--scene-store-mb", options.scene_store_mb, "its bound")->capture_default_str();
-  app.add_option("--scene-cache-mb", options.scene_cache_mb, "loaded scenes in memory")->capture_default_str();
+  app.add_option("--scene-store-mb", options.scene_store_mb, "its bound, unfinished uploads included")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
+  app.add_option("--scene-cache-mb", options.scene_cache_mb, "loaded scenes in memory")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
+  app.add_option("--gl-scene-mb", options.gl_scene_mb, "scenes in GL memory, of all contexts together")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
+  app.add_option("--light-cache-mb", options.light_cache_mb,
+                 "shadow maps and other light data in GL memory, of all contexts together")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
   std::string gl = "auto";
   app.add_option("--gl", gl, "auto, egl or osmesa")->check(CLI::IsMember({"auto", "egl", "osmesa"}));
   app.add_option("--egl-device", options.gl.egl_device, "which EGL device")->check(CLI::NonNegativeNumber);
@@ -51,13 +64,21 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   app.add_option("--grace-s", options.grace_s, "after SIGTERM: time for calls under way")->check(CLI::Range(0, 3600));
   app.add_option("--lame-duck-s", options.lame_duck_s, "after SIGTERM: NOT_SERVING, still taking calls")
       ->check(CLI::Range(0, 3600));
+  app.add_option("--in-flight-mb", options.in_flight_mb,
+                 "images that are drawn, encoded or sent at the same time, before compression")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1 << 20));
+  app.add_option("--stream-stall-s", options.stream_stall_s,
+                 "a reader of RenderStream that takes nothing for so long is dropped")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 3600));
   bool insecure_bind = false;
   app.add_flag("--insecure-bind", insecure_bind, "allow an address beyond loopback without TLS and token");
   app.add_option("--log-level", flags->log_level, "trace, debug, info, warn, error, off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
   AddLimits(app, &options.limits);
   std::vector<std::string> later_given;
-  for (const char* later : {"--light-cache-mb", "--tls-cert", "--tls-key", "--client-ca", "--token-file"}) {
+  for (const char* later : {"--tls-cert", "--tls-key", "--client-ca", "--token-file"}) {
     app.add_option_function<std::string>(
         later, [&later_given, later](const std::string&) { later_given.emplace_back(later); },
         "not available in this version");

@@ -21,7 +21,11 @@
 namespace halfshade {
 namespace {
 
+// They wait for the disk more than they compute.
 constexpr int kPoolThreads = 2;
+// A call for a scene that another one is loading waits on its thread.
+constexpr int kScenePoolThreads = 4;
+constexpr int kDiskPoolThreads = 2;
 
 void SetLimits(const Limits& limits, v1::Limits* out) {
   out->set_message_bytes(limits.message_bytes);
@@ -59,31 +63,46 @@ class WiredServer final : public Server {
  public:
   explicit WiredServer(const ServerOptions& options)
       : options_(options),
-        cache_(options.scene_cache_mb << 20),
+        cache_(options.scene_cache_mb << 20, [this](const std::string& name) { workers_.ForgetScene(name); }),
         queue_(options.limits.queue, options.contexts),
-        pool_(kPoolThreads) {}
+        in_flight_(options.in_flight_mb << 20),
+        pool_(kPoolThreads),
+        scene_pool_(kScenePoolThreads),
+        disk_pool_(kDiskPoolThreads),
+        encode_pool_(gl::AvailableCpus()) {}
 
   ~WiredServer() override {
     plant_.is_stopping = true;
     is_ready_ = false;
     if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
     queue_.Close();
+    // First gRPC, then the contexts; then the pools that they hand results to, which may still tell them to forget a
+    // scene.
+    server_.reset();
+    workers_.Join();
   }
 
   absl::Status Start() {
     if (options_.http != "off") {
       ASSIGN_OR_RETURN(http_, HttpServer::Start(options_.http, &is_ready_));
     }
-    ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, options_.scene_store_mb << 20));
+    StoreOptions store_options;
+    store_options.max_bytes = options_.scene_store_mb << 20;
+    store_options.max_unfinished = options_.limits.unfinished_uploads;
+    ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, store_options));
     RETURN_IF_ERROR(workers_.Start(options_, &queue_));
-    catalog_ = std::make_unique<SceneCatalog>(store_.get(), &cache_, options_.limits);
+    ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
     plant_.catalog = catalog_.get();
     plant_.pool = &pool_;
+    plant_.encode_pool = &encode_pool_;
+    plant_.in_flight = &in_flight_;
+    plant_.stream_stall = std::chrono::seconds(options_.stream_stall_s);
     plant_.queue = &queue_;
     plant_.limits = options_.limits;
-    scene_service_ = std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &pool_, options_.limits);
+    scene_service_ =
+        std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &scene_pool_, &disk_pool_, options_.limits);
     render_service_ = std::make_unique<RenderServiceImpl>(&plant_);
-    server_service_ = std::make_unique<ServerServiceImpl>(Describe(), &plant_, store_.get(), &cache_);
+    server_service_ = std::make_unique<ServerServiceImpl>(Describe(), &plant_, store_.get(), &cache_, &workers_);
     return Listen();
   }
 
@@ -114,8 +133,9 @@ class WiredServer final : public Server {
     }
     SetLimits(options_.limits, info.mutable_limits());
     for (const std::string& method : RegisteredMethods()) info.add_methods(method);
-    for (const char* feature : {"find_missing_blobs", "upload_blob", "create_scene", "get_scene", "list_scenes",
-                                "delete_scene", "render", "get_server_info", "get_statistics"}) {
+    for (const char* feature :
+         {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene", "list_scenes",
+          "delete_scene", "render", "render_stream", "get_server_info", "get_statistics"}) {
       info.add_features(feature);
     }
     return info;
@@ -153,9 +173,12 @@ class WiredServer final : public Server {
   std::unique_ptr<SceneCatalog> catalog_;
   RenderPlant plant_;
   RenderQueue queue_;
-  // From here on the order of destruction matters: gRPC first, then the workers, then the pool they hand results to.
+  ByteBudget in_flight_;
+  GlWorkerPool workers_;  // outlives the pools
   CpuPool pool_;
-  GlWorkerPool workers_;
+  CpuPool scene_pool_;
+  CpuPool disk_pool_;
+  CpuPool encode_pool_;
   std::unique_ptr<SceneServiceImpl> scene_service_;
   std::unique_ptr<RenderServiceImpl> render_service_;
   std::unique_ptr<ServerServiceImpl> server_service_;

@@ -42,7 +42,7 @@ absl::StatusOr<Image> FirstChannel(const v1::OutputImage& raw) {
   return image;
 }
 
-absl::StatusOr<Shot> Shoot(Client& client, const Case& bench_case, const v1::RenderRequest& request) {
+absl::StatusOr<Shot> Shoot(Client& client, const v1::RenderRequest& request) {
   ASSIGN_OR_RETURN(v1::RenderResponse response, client.Render(request, nullptr));
   Shot shot;
   ASSIGN_OR_RETURN(shot.visibility, FirstChannel(response.images(0)));
@@ -73,13 +73,33 @@ absl::StatusOr<double> PrimaryCpuMs(Client& client, const Case& bench_case, int 
   return Median(cpu_ms);
 }
 
+// Where something is drawn that faces part of the first light: v > 0 once nothing casts. [height][width][1], 1 or 0.
+absl::StatusOr<Image> FacingMask(Client& client, const Case& bench_case, const v1::Scene& scene) {
+  v1::Method hard;
+  hard.mutable_hard();
+  v1::RenderRequest request = VisibilityRequest(bench_case, hard, v1::CACHE_MODE_USE);
+  for (int node = 0; node < scene.node_names_size(); ++node) {
+    v1::NodeOverride* no_shadow = request.add_node_overrides();
+    no_shadow->set_index(uint32_t(node));
+    no_shadow->set_casts(false);
+  }
+  v1::Output* ids = request.add_outputs();
+  ids->set_kind(v1::OUTPUT_KIND_OBJECT_ID);
+  ids->set_encoding(v1::ENCODING_RAW_F32);
+  ASSIGN_OR_RETURN(const v1::RenderResponse response, client.Render(request, nullptr));
+  ASSIGN_OR_RETURN(Image mask, FirstChannel(response.images(0)));
+  ASSIGN_OR_RETURN(const Image id, FirstChannel(response.images(1)));
+  for (size_t i = 0; i < mask.size(); ++i) mask.data()[i] = float(mask.data()[i] > 0 && id.data()[i] > 0);
+  return mask;
+}
+
 // The mean of two halves with seeds of their own, and how far they are apart.
 absl::Status MeasureReference(Client& client, const Case& bench_case, uint32_t rays, CaseResult* result) {
   Image halves[2];
   for (uint32_t half = 0; half < 2; ++half) {
     v1::RenderRequest request = VisibilityRequest(bench_case, RayMethod(rays / 2), v1::CACHE_MODE_USE);
     request.set_seed(bench_case.request.seed() + 1000 + half);
-    ASSIGN_OR_RETURN(Shot shot, Shoot(client, bench_case, request));
+    ASSIGN_OR_RETURN(Shot shot, Shoot(client, request));
     halves[half] = std::move(shot.visibility);
     result->reference_cpu_ms += shot.report.timing().cpu_ms();
   }
@@ -87,7 +107,8 @@ absl::Status MeasureReference(Client& client, const Case& bench_case, uint32_t r
   for (size_t i = 0; i < halves[0].size(); ++i) {
     result->reference.data()[i] = (halves[0].data()[i] + halves[1].data()[i]) / 2;
   }
-  result->reference_noise = CompareVisibility(halves[0], halves[1]).mae_shadowed / 2;
+  ASSIGN_OR_RETURN(const ImageError between, Compare(halves[0], halves[1], &result->mask));
+  result->reference_noise = between.mae_shadowed.value_or(0) / 2;
   return absl::OkStatus();
 }
 
@@ -112,9 +133,10 @@ void Add(const v1::Timing& timing, Samples* samples) {
   samples->resolve_ms.push_back(timing.resolve_ms());
 }
 
-// The warming shot of a row: its error, and that what it skips.
-void Judge(const Shot& shot, const Image& reference, Row* row) {
-  row->error = CompareVisibility(shot.visibility, reference);
+// The warming shot of a row: its error, and what it skips.
+absl::Status Judge(const Shot& shot, const CaseResult& result, Row* row) {
+  const Image& reference = result.reference;
+  ASSIGN_OR_RETURN(row->error, Compare(reference, shot.visibility, &result.mask));
   row->difference = Image(reference.width(), reference.height(), 1);
   for (size_t i = 0; i < reference.size(); ++i) {
     row->difference.data()[i] = shot.visibility.data()[i] - reference.data()[i];
@@ -122,6 +144,7 @@ void Judge(const Shot& shot, const Image& reference, Row* row) {
   for (const v1::Pass& pass : shot.report.passes()) {
     if (pass.skipped()) row->skipped.push_back(pass.name() + ": " + pass.reason());
   }
+  return absl::OkStatus();
 }
 
 void MarkFront(std::vector<Row>* rows) {
@@ -130,7 +153,7 @@ void MarkFront(std::vector<Row>* rows) {
   for (Row& row : *rows) {
     if (!row.failure.empty()) continue;
     cost.push_back(row.shadow_cpu_ms);
-    error.push_back(row.error.mae_shadowed);
+    error.push_back(row.error.mae_shadowed.value_or(0));
     whole.push_back(&row);
   }
   const std::vector<bool> is_on_front = ParetoFront(cost, error);
@@ -152,7 +175,8 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
                                        const Effort& effort, Progress& progress) {
   CaseResult result;
   result.name = bench_case.name;
-  RETURN_IF_ERROR(client.UploadScene(bench_case.files).status());
+  ASSIGN_OR_RETURN(const v1::Scene scene, client.UploadScene(bench_case.files));
+  ASSIGN_OR_RETURN(result.mask, FacingMask(client, bench_case, scene));
   ASSIGN_OR_RETURN(result.frame_png, RenderFrame(client, bench_case));
   ASSIGN_OR_RETURN(result.primary_cpu_ms, PrimaryCpuMs(client, bench_case, effort.repetitions));
   RETURN_IF_ERROR(MeasureReference(client, bench_case, effort.reference_rays, &result));
@@ -164,21 +188,20 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
       if (!row.failure.empty()) continue;
       progress.Show(bench_case.name.c_str(),
                     double(repetition * settings.size() + i) / double((effort.repetitions + 1) * settings.size()));
-      const auto cold =
-          Shoot(client, bench_case, VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
+      const auto cold = Shoot(client, VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
       if (!cold.ok()) {
         row.failure = cold.status().ToString();
         continue;
       }
       if (repetition == 0) {
-        Judge(*cold, result.reference, &row);
+        RETURN_IF_ERROR(Judge(*cold, result, &row));
       } else {
         Add(cold->report.timing(), &samples[i]);
       }
       if (!effort.measures_warm) continue;
       v1::RenderRequest moved = VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_USE);
       MoveCamera(repetition + 1, &moved);
-      const auto warm = Shoot(client, bench_case, moved);
+      const auto warm = Shoot(client, moved);
       if (warm.ok() && repetition > 0) samples[i].warm_cpu_ms.push_back(warm->report.timing().cpu_ms());
     }
   }
@@ -200,7 +223,11 @@ std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const 
                                  const std::vector<double>& x, const std::vector<Setting>& settings, int repetitions,
                                  Progress& progress) {
   std::vector<Curve> curves(settings.size());
-  for (size_t i = 0; i < settings.size(); ++i) curves[i] = {.work = work, .setting = settings[i], .x = x};
+  for (size_t i = 0; i < settings.size(); ++i) {
+    curves[i].work = work;
+    curves[i].setting = settings[i];
+    curves[i].x = x;
+  }
   for (size_t c = 0; c < cases.size(); ++c) {
     progress.Show(work.c_str(), double(c) / double(cases.size()));
     std::vector<std::vector<double>> cpu_ms(settings.size());
@@ -209,10 +236,9 @@ std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const 
     for (int repetition = 0; repetition <= repetitions; ++repetition) {
       for (size_t i = 0; i < settings.size(); ++i) {
         if (!curves[i].failure.empty()) continue;
-        const auto shot =
-            primary_ms.ok()
-                ? Shoot(client, cases[c], VisibilityRequest(cases[c], settings[i].options, v1::CACHE_MODE_REFRESH))
-                : primary_ms.status();
+        const auto shot = primary_ms.ok()
+                              ? Shoot(client, VisibilityRequest(cases[c], settings[i].options, v1::CACHE_MODE_REFRESH))
+                              : primary_ms.status();
         if (!shot.ok()) {
           curves[i].failure = cases[c].name + ": " + shot.status().ToString();
         } else if (repetition > 0) {

@@ -43,7 +43,7 @@ struct Effort {
 struct Row {
   Setting setting;
   std::string failure;  // the status where it failed; then nothing below holds
-  VisibilityMetrics error;
+  ImageError error;
   double cpu_ms = 0;  // cold: light data and resolve, `cache: REFRESH`
   double wall_ms = 0;
   double shadow_cpu_ms = 0;          // cpu_ms less the case's primary visibility
@@ -60,6 +60,7 @@ struct CaseResult {
   double primary_cpu_ms = 0;   // primary visibility alone: what all rows share
   double reference_noise = 0;  // mean |a - b| / 2 of its two halves, over shadowed pixels
   double reference_cpu_ms = 0;
+  Image mask;             // 1 where something is drawn that faces part of the light: what errors are taken over
   Image reference;        // visibility of the first light
   std::string frame_png;  // what the scene looks like
   std::vector<Row> rows;

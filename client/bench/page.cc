@@ -30,6 +30,15 @@ std::string Picture(const std::string& png, const std::string& caption) {
       kThumbnailWidth, HtmlText(caption), absl::Base64Escape(png), HtmlText(caption));
 }
 
+absl::StatusOr<std::string> ToPng(OutputKind kind, Image image) {
+  ASSIGN_OR_RETURN(const OutputFormat format, FormatOf(kind, Encoding::kPng, 1, /*has_alpha=*/false));
+  std::vector<RenderedImage> images;
+  images.push_back({kind, std::move(image)});
+  ASSIGN_OR_RETURN(std::vector<EncodedOutput> encoded,
+                   Encode(std::move(images), {format}, [] { return absl::OkStatus(); }));
+  return std::move(encoded[0].bytes);
+}
+
 // Red: darker than the reference; blue: brighter; white: equal.
 absl::StatusOr<std::string> DifferencePng(const Image& difference) {
   Image colors(difference.width(), difference.height(), 4);
@@ -42,8 +51,7 @@ absl::StatusOr<std::string> DifferencePng(const Image& difference) {
       colors.at(x, y, 3) = 1;
     }
   }
-  ASSIGN_OR_RETURN(EncodedImage2D encoded, Encode({OutputKind::kFrame, std::move(colors)}, Encoding::kPng));
-  return std::move(encoded.bytes);
+  return ToPng(OutputKind::kFrame, std::move(colors));
 }
 
 std::string Name(const Setting& setting) { return absl::StrCat(setting.method, " ", setting.label); }
@@ -56,8 +64,8 @@ std::string ErrorPlot(const CaseResult& result) {
   for (const Row& row : result.rows) {
     if (!row.failure.empty()) continue;
     const PlotPoint point = {
-        row.shadow_cpu_ms, row.error.mae_shadowed,
-        absl::StrFormat("%s: %.1f ms, %.5f", Name(row.setting), row.shadow_cpu_ms, row.error.mae_shadowed)};
+        row.shadow_cpu_ms, row.error.mae_shadowed.value_or(0),
+        absl::StrFormat("%s: %.1f ms, %.5f", Name(row.setting), row.shadow_cpu_ms, row.error.mae_shadowed.value_or(0))};
     PlotSeries& series = by_method[row.setting.method];
     series.name = row.setting.method;
     series.points.push_back(point);
@@ -82,8 +90,9 @@ std::string RowsTable(const CaseResult& result) {
                           "<tr%s><td class=l>%s<td class=l>%s<td>%.1f<td>%.1f<td>%.1f<td>%.5f<td>%.5f<td>%.4f<td>%.4f"
                           "<td class=l>%d</tr>",
                           row.is_on_front ? " class=front" : "", row.setting.method, HtmlText(row.setting.label),
-                          row.shadow_cpu_ms, row.warm_cpu_ms, row.wall_ms, row.error.mae_shadowed,
-                          row.error.mae_penumbra, row.error.p999, row.error.max, row.skipped.size());
+                          row.shadow_cpu_ms, row.warm_cpu_ms, row.wall_ms, row.error.mae_shadowed.value_or(0),
+                          row.error.mae_penumbra.value_or(0), row.error.p999.value_or(0), row.error.max.value_or(0),
+                          row.skipped.size());
   }
   return html + "</table>";
 }
@@ -94,13 +103,13 @@ absl::StatusOr<std::string> CaseSection(const CaseResult& result) {
       "reference %.5f.</p>%s",
       HtmlText(result.name), result.primary_cpu_ms, result.reference_noise, ErrorPlot(result));
   absl::StrAppend(&html, Picture(result.frame_png, "the frame"));
-  ASSIGN_OR_RETURN(const EncodedImage2D reference, Encode({OutputKind::kVisibility, result.reference}, Encoding::kPng));
-  absl::StrAppend(&html, Picture(reference.bytes, "visibility, reference"));
+  ASSIGN_OR_RETURN(const std::string reference, ToPng(OutputKind::kVisibility, result.reference));
+  absl::StrAppend(&html, Picture(reference, "visibility, reference"));
   std::map<std::string, const Row*> worst;
   for (const Row& row : result.rows) {
     if (!row.failure.empty()) continue;
     const Row*& held = worst[row.setting.method];
-    if (held == nullptr || row.error.mae_shadowed > held->error.mae_shadowed) held = &row;
+    if (held == nullptr || row.error.mae_shadowed.value_or(0) > held->error.mae_shadowed.value_or(0)) held = &row;
   }
   for (const auto& [method, row] : worst) {
     ASSIGN_OR_RETURN(const std::string png, DifferencePng(row->difference));

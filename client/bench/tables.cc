@@ -6,13 +6,31 @@
 #include <absl/strings/str_replace.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 namespace halfshade::bench {
 namespace {
 
 std::string Quoted(const std::string& text) {
   return absl::StrCat("\"", absl::StrReplaceAll(text, {{"\"", "\"\""}}), "\"");
+}
+
+// Every figure by name; NaN: of an empty set.
+std::vector<std::pair<const char*, double>> NamedFigures(const ImageError& error) {
+  const auto value = [](const std::optional<double>& figure) {
+    return figure.value_or(std::numeric_limits<double>::quiet_NaN());
+  };
+  return {{"mae_shadowed", value(error.mae_shadowed)},
+          {"mae_penumbra", value(error.mae_penumbra)},
+          {"mae_all", value(error.mae_all)},
+          {"rmse_all", value(error.rmse_all)},
+          {"psnr_all", value(error.psnr_all)},
+          {"ssim_all", value(error.ssim_all)},
+          {"p999", value(error.p999)},
+          {"max", value(error.max)}};
 }
 
 // Cheapest first, failed ones last.
@@ -32,7 +50,7 @@ nlohmann::ordered_json ToJson(const Row& row) {
     json["failure"] = row.failure;
     return json;
   }
-  for (const auto& [name, value] : NamedMetrics(row.error)) json[name] = value;
+  for (const auto& [name, value] : NamedFigures(row.error)) json[name] = value;
   json.update({{"shadow_cpu_ms", row.shadow_cpu_ms},
                {"cpu_ms", row.cpu_ms},
                {"wall_ms", row.wall_ms},
@@ -62,8 +80,9 @@ std::string ToTable(const Results& results) {
       }
       absl::StrAppendFormat(&text, "%s %-10s %-44s %9.1f %9.1f %8.1f %9.5f %8.5f %8.4f %7.4f\n",
                             row->is_on_front ? "*" : " ", row->setting.method, row->setting.label, row->shadow_cpu_ms,
-                            row->warm_cpu_ms, row->wall_ms, row->error.mae_shadowed, row->error.mae_penumbra,
-                            row->error.p999, row->error.max);
+                            row->warm_cpu_ms, row->wall_ms, row->error.mae_shadowed.value_or(0),
+                            row->error.mae_penumbra.value_or(0), row->error.p999.value_or(0),
+                            row->error.max.value_or(0));
     }
   }
   for (const Curve& curve : results.curves) {
@@ -82,7 +101,7 @@ std::string ToTable(const Results& results) {
 
 std::string ToCsv(const Results& results) {
   std::string text = "case,method,options,failure,shadow_cpu_ms,cpu_ms,wall_ms,light_ms,resolve_ms,warm_cpu_ms";
-  for (const auto& [name, value] : NamedMetrics(VisibilityMetrics())) absl::StrAppend(&text, ",", name);
+  for (const auto& [name, value] : NamedFigures(ImageError())) absl::StrAppend(&text, ",", name);
   text += ",reference_noise,on_front\n";
   for (const CaseResult& result : results.cases) {
     for (const Row& row : result.rows) {
@@ -90,7 +109,7 @@ std::string ToCsv(const Results& results) {
                       Quoted(row.failure));
       absl::StrAppendFormat(&text, ",%.3f,%.3f,%.3f,%.3f,%.3f,%.3f", row.shadow_cpu_ms, row.cpu_ms, row.wall_ms,
                             row.light_ms, row.resolve_ms, row.warm_cpu_ms);
-      for (const auto& [name, value] : NamedMetrics(row.error)) absl::StrAppendFormat(&text, ",%.8g", value);
+      for (const auto& [name, value] : NamedFigures(row.error)) absl::StrAppendFormat(&text, ",%.8g", value);
       absl::StrAppendFormat(&text, ",%.8g,%d\n", result.reference_noise, row.is_on_front);
     }
   }

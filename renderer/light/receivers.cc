@@ -1,13 +1,9 @@
 #include "renderer/light/receivers.h"
 
+#include "renderer/math/camera.h"
 #include "renderer/math/light_frame.h"
 
 namespace halfshade {
-
-glm::dmat3 RayFromNdc(const Camera& camera, double aspect) {
-  const double half_height = camera.is_orthographic ? camera.ortho_height_m / 2 : camera.tan_half_fovy;
-  return glm::dmat3(camera.right_ws * (half_height * aspect), camera.up_ws * half_height, camera.forward_ws);
-}
 
 void SetReceivers(gl::Program& program, const Receivers& receivers, const AreaLight& light) {
   const LightFrame frame = MakeLightFrame(light);

@@ -10,22 +10,23 @@ namespace halfshade {
 // The points seen through the pixels of a camera, as planes: shaders/common/receiver.glsl rebuilds position, normal and
 // tangent plane of each in the frame of any light, to float precision of the distances to camera and light.
 struct Receivers {
-  // [height][width] RGBA32F: geometric normal (world axes, turned to the camera), offset from the eye along it; a zero
-  // normal where nothing is drawn. Outlives this struct.
+  // [height][width] RGBA32F: geometric normal (world axes, turned to the camera), offset from the eye along it, both
+  // times kNotReceivingScale where what is drawn does not receive; a zero normal where nothing is drawn. Outlives this
+  // struct.
   const gl::Texture* planes = nullptr;
   Camera camera;
   int width = 0;
   int height = 0;
 };
 
+// n.x = d and 2 n.x = 2 d are the same plane, exactly: the length of the normal is free to say that a surface does not
+// receive.
+inline constexpr float kNotReceivingScale = 2;
+
 // Texture unit of Receivers::planes in every program that includes common/receiver.glsl; others start above it.
 inline constexpr int kPlanesUnit = 0;
 
 // Binds the planes and sets the uniforms of common/receiver.glsl for the frame of `light`.
 void SetReceivers(gl::Program& program, const Receivers& receivers, const AreaLight& light);
-
-// World axes; columns right, up, forward scaled so that (ndc.x, ndc.y, 1) gives the ray (perspective) or, in the first
-// two, the origin (orthographic).
-glm::dmat3 RayFromNdc(const Camera& camera, double aspect);
 
 }  // namespace halfshade

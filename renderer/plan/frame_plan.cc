@@ -21,6 +21,53 @@ bool Wants(const RenderRequest& request, OutputKind kind) {
   return std::find(request.outputs.begin(), request.outputs.end(), kind) != request.outputs.end();
 }
 
+// Positions of samples in their pixel, in sixteenths from its centre: Direct3D's standard patterns, as every GPU has
+// them. No two samples share a row or a column, so that an upright edge crosses them one by one.
+std::vector<glm::dvec2> SamplePattern(int samples) {
+  switch (samples) {
+    case 4:
+      return {{-2, -6}, {6, -2}, {-6, 2}, {2, 6}};
+    case 8:
+      return {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}};
+    default:
+      return {{0, 0}};
+  }
+}
+
+std::vector<ViewPlan> PlanViews(const RenderRequest& request) {
+  const bool shows_frame = Wants(request, OutputKind::kFrame);
+  const bool shows_data = std::any_of(request.outputs.begin(), request.outputs.end(),
+                                      [](OutputKind kind) { return kind != OutputKind::kFrame; });
+  std::vector<ViewPlan> views;
+  if (!shows_frame || request.samples == 1) {
+    views.push_back({{0, 0}, shows_frame, shows_data});
+  } else {
+    if (shows_data) views.push_back({{0, 0}, false, true});
+    for (const glm::dvec2& sixteenths : SamplePattern(request.samples)) views.push_back({sixteenths / 16.0, true});
+  }
+  const bool has_catcher = request.ground && request.ground->is_shadow_catcher;
+  const bool shows_materials = Wants(request, OutputKind::kNormal) || Wants(request, OutputKind::kAlbedo);
+  const bool shows_object_ids = Wants(request, OutputKind::kObjectId);
+  for (ViewPlan& view : views) {
+    view.needs_materials = view.shows_frame || (view.shows_data && shows_materials);
+    view.needs_object_ids = (view.shows_frame && has_catcher) || (view.shows_data && shows_object_ids);
+  }
+  return views;
+}
+
+// Orthographic depth is linear: its end is put close behind what is visible, so that floats resolve it.
+double FarPlane(const Camera& camera, const std::vector<Box3d>& visible) {
+  if (!camera.is_orthographic || camera.far_m > camera.near_m) return camera.far_m;
+  double farthest = 0, extent = 0;
+  for (const Box3d& box : visible) {
+    for (const glm::dvec3& corner : Corners(box)) {
+      farthest = std::max(farthest, glm::dot(corner - camera.eye_ws, camera.forward_ws));
+      extent = std::max(extent, glm::length(corner - camera.eye_ws));
+    }
+  }
+  return farthest > camera.near_m ? farthest + 1e-6 * extent : 0;
+}
+
 Box3d InLightFrame(const LightFrame& frame, const Box3d& box) {
   Box3d result;
   for (const glm::dvec3& corner : Corners(box)) result.Add(PointToLight(frame, corner));
@@ -45,14 +92,12 @@ bool HasNoPower(const AreaLight& light) {
 }
 
 bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers) {
-  if (light.is_two_sided) return false;
   const LightFrame frame = MakeLightFrame(light);
   return std::all_of(receivers.begin(), receivers.end(),
                      [&](const Box3d& box) { return InLightFrame(frame, box).max.z <= 0; });
 }
 
 bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers) {
-  if (light.is_two_sided) return false;
   const LightFrame frame = MakeLightFrame(light);
   const glm::dvec2 half(light.width_m / 2, light.height_m / 2);
   Box3d all_receivers;
@@ -103,16 +148,26 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   FramePlan plan;
   const bool wants_visibility = Wants(request, OutputKind::kVisibility);
   plan.needs_shading = Wants(request, OutputKind::kFrame);
-  plan.needs_textures = plan.needs_shading;
-  plan.lights.resize(request.lights.size());
+  plan.needs_visibility = plan.needs_shading || wants_visibility;
+  plan.views = PlanViews(request);
+  const auto some_view = [&](bool ViewPlan::*needs) {
+    return std::any_of(plan.views.begin(), plan.views.end(), [&](const ViewPlan& view) { return view.*needs; });
+  };
+  plan.needs_materials = some_view(&ViewPlan::needs_materials);
+  plan.needs_object_ids = some_view(&ViewPlan::needs_object_ids);
+  plan.needs_textures =
+      plan.needs_materials || std::any_of(pose.instances.begin(), pose.instances.end(), [&](const Instance& instance) {
+        return (instance.casts || instance.is_visible) &&
+               scene.CoverageOf(scene.meshes[instance.mesh]) == MaskCoverage::kTested;
+      });
 
   std::vector<Box3d> occluders, receivers, visible;
   for (const Instance& instance : pose.instances) {
     const Box3d box = WorldBox(scene, instance);
     if (box.IsEmpty()) continue;
     if (instance.casts) occluders.push_back(box);
-    if (instance.receives) receivers.push_back(box);
     if (instance.is_visible) visible.push_back(box);
+    if (instance.is_visible && instance.receives) receivers.push_back(box);
   }
   if (request.ground) {
     Box3d ground;
@@ -121,22 +176,47 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
     visible.push_back(ground);
   }
 
-  if (SeesNone(request.camera, double(request.width) / request.height, visible)) {
+  Camera camera = request.camera;
+  camera.far_m = plan.camera_far_m = FarPlane(request.camera, visible);
+  const double aspect = double(request.width) / request.height;
+  const auto no_view_sees = [&](const std::vector<Box3d>& boxes) {
+    return std::all_of(plan.views.begin(), plan.views.end(), [&](const ViewPlan& view) {
+      return SeesNone(ShiftedCamera(camera, view.offset_pixels, request.width, request.height), aspect, boxes);
+    });
+  };
+  if (no_view_sees(visible)) {
     plan.draws_gbuffer = false;
     plan.gbuffer_reason = "nothing is in view";
   }
-  for (size_t i = 0; i < request.lights.size(); ++i) {
+  const bool sees_receiver = !no_view_sees(receivers);
+  for (uint32_t i = 0; i < request.lights.size(); ++i) {
     const AreaLight& light = request.lights[i];
-    LightPlan& light_plan = plan.lights[i];
-    const std::string name = "lights[" + std::to_string(i) + "]: ";
-    if (HasNoPower(light) && !wants_visibility) {
-      light_plan = {LightOutcome::kSkipped, name + "emits nothing, and visibility is not asked"};
-    } else if (!plan.draws_gbuffer) {
-      light_plan = {LightOutcome::kNoMapNeeded, name + "no receiver is in view"};
-    } else if (FacesAway(light, receivers)) {
-      light_plan = {LightOutcome::kNoMapNeeded, name + "faces away from every receiver"};
-    } else if (HasNoOccluder(light, occluders, receivers)) {
-      light_plan = {LightOutcome::kNoMapNeeded, name + "no occluder between it and the receivers"};
+    for (const bool is_back : {false, true}) {
+      if (is_back && !light.is_two_sided) continue;
+      LightPlan side;
+      side.index = i;
+      side.is_back = is_back;
+      side.light = is_back ? OtherSide(light) : light;
+      side.light.is_two_sided = false;
+      const std::string name = "lights[" + std::to_string(i) + (is_back ? "], back: " : "]: ");
+      const auto decide = [&](LightOutcome outcome, const char* reason) {
+        side.outcome = outcome;
+        side.reason = name + reason;
+      };
+      if (!plan.needs_visibility) {
+        decide(LightOutcome::kSkipped, "no output shows light");
+      } else if (HasNoPower(light) && !wants_visibility) {
+        decide(LightOutcome::kSkipped, "emits nothing, and visibility is not asked");
+      } else if (!sees_receiver) {
+        decide(is_back ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "no receiver is in view");
+      } else if (FacesAway(side.light, receivers)) {
+        // Where the other side lights something, this one has nothing to add. The front stays if neither does.
+        const bool is_spare = light.is_two_sided && (is_back || !FacesAway(OtherSide(side.light), receivers));
+        decide(is_spare ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "faces away from every receiver");
+      } else if (HasNoOccluder(side.light, occluders, receivers)) {
+        decide(LightOutcome::kNoMapNeeded, "no occluder between it and the receivers");
+      }
+      plan.lights.push_back(side);
     }
   }
   return plan;

@@ -44,7 +44,9 @@ const std::vector<Room> kRooms = {
     // The one file that knows every method.
     {"renderer/shadow/registry.cc", {"renderer/renderer.h", "renderer/shadow/"}},
     {"renderer/shade/",
-     {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/"}},
+     {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
+      "renderer/shade/ltc/ltc_table.h"}},
+    {"renderer/shade/ltc/", {}},
     // The story walks through all rooms but the methods' own and the loader's.
     {"renderer/renderer.",
      {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
@@ -61,6 +63,8 @@ const std::vector<Room> kRooms = {
      {"client/", "halfshade/v1/", "renderer/image/", "server/digest.h", "server/encode.h", "server/scene_name.h",
       "tests/support/scene_makers.h"}},
     {"client/commands_bench.cc", {"halfshade/v1/", "client/bench/", "renderer/image/"}},
+    {"client/image_file", {"renderer/image/image.h"}},
+    {"client/commands_compare.cc", {"renderer/image/"}},
     {"client/client.h", {"halfshade/v1/", "server/server.h"}},                  // the service in the client's process
     {"client/commands_server.cc", {"halfshade/v1/", "renderer/gl/context.h"}},  // doctor
 };

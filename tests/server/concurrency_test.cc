@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 #include <thread>
 
 #include "server/admission.h"
+#include "server/byte_budget.h"
 #include "server/cpu_pool.h"
 #include "server/gl_worker.h"
 #include "server/scene_cache.h"
@@ -77,6 +79,59 @@ TEST(GlWorkerTest, RunsEveryJobOnceAcrossWorkers) {
   EXPECT_EQ(runs, 500);
 }
 
+// Remembers what it is told to forget.
+class ForgetfulRenderer : public Renderer {
+ public:
+  explicit ForgetfulRenderer(std::atomic<int>* forgotten) : forgotten_(forgotten) {}
+  absl::StatusOr<RenderResult> Render(const std::string&, const FlatScene&, const RenderRequest&,
+                                      const StopCheck&) override {
+    return RenderResult();
+  }
+  void ForgetScene(const std::string& name) override {
+    EXPECT_EQ(name, "scenes/a");
+    ++*forgotten_;
+  }
+  std::vector<CacheReport> Caches() const override { return {{"light_data", 1, 2, uint64_t(*forgotten_)}}; }
+
+ private:
+  std::atomic<int>* forgotten_;
+};
+
+TEST(GlWorkerTest, ForgetsAtOnceWhenIdleAndAfterTheJobWhenBusy) {
+  RenderQueue queue(10, 1);
+  std::atomic<int> forgotten{0};
+  const auto worker = GlWorker::Start(
+      [&forgotten]() -> absl::StatusOr<WorkerRenderer> {
+        return WorkerRenderer{nullptr, std::make_unique<ForgetfulRenderer>(&forgotten), "fake", "0", "fake"};
+      },
+      &queue);
+  ASSERT_OK(worker);
+  EXPECT_TRUE((*worker)->Caches().empty()) << "nothing drawn yet";
+  const auto wait_for = [&](int count) {
+    for (int i = 0; i < 2000 && forgotten < count; ++i) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(forgotten, count);
+  };
+  (*worker)->ForgetScene("scenes/a");
+  wait_for(1);
+  std::atomic<bool> may_end{false};
+  EXPECT_OK(queue.Push(Job(1,
+                           [&] {
+                             while (!may_end) std::this_thread::sleep_for(1ms);
+                           }),
+                       10s));
+  while (queue.waiting() > 0) std::this_thread::sleep_for(1ms);
+  (*worker)->ForgetScene("scenes/a");
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(forgotten, 1) << "the context is in use";
+  may_end = true;
+  wait_for(2);
+  queue.Close();
+  (*worker)->Join();
+  ASSERT_EQ((*worker)->Caches().size(), 1u);
+  EXPECT_EQ((*worker)->Caches()[0].bytes, 2u);
+  (*worker)->ForgetScene("scenes/a");  // too late, and harmless
+}
+
 TEST(GlWorkerTest, AFactoryThatFailsIsTheStartsError) {
   RenderQueue queue(1, 1);
   const auto worker = GlWorker::Start(
@@ -91,6 +146,60 @@ TEST(CpuPoolTest, RunsEverythingBeforeItEnds) {
     for (int i = 0; i < 300; ++i) pool.Run([&] { ++runs; });
   }
   EXPECT_EQ(runs, 300);
+}
+
+TEST(CpuPoolTest, PrincipalsTakeTurnsAndEachOnesWorkKeepsItsOrder) {
+  std::string order;
+  {
+    CpuPool pool(1);
+    std::promise<void> gate;
+    pool.Run([open = gate.get_future().share()] { open.wait(); });
+    for (const char* work : {"a1", "a2", "a3", "b1", "c1", "c2"}) {
+      pool.Run([&order, work] { order += work; }, std::string(1, work[0]));
+    }
+    gate.set_value();
+  }
+  EXPECT_EQ(order, "a1b1c1a2c2a3");
+}
+
+TEST(ByteBudgetTest, AHoldIsGivenBackAndNeverMoreIsGivenThanThereIs) {
+  ByteBudget budget(100);
+  {
+    auto first = budget.Take(60, "images");
+    ASSERT_OK(first);
+    EXPECT_OK(budget.Take(40, "images"));
+    const auto second = budget.Take(41, "images");
+    EXPECT_THAT(second,
+                StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("images: 41 bytes, and 60 of the 100")));
+    EXPECT_NE(PushbackMs(second.status()), "");
+    const ByteBudget::Hold moved = *std::move(first);
+    EXPECT_EQ(budget.used(), 60u);
+  }
+  EXPECT_EQ(budget.used(), 0u);
+  EXPECT_OK(budget.Take(100, "images"));
+  EXPECT_THAT(budget.Take(101, "images"), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("at most 100")));
+}
+
+TEST(ByteBudgetTest, ManyThreadsNeverHoldMoreThanThereIs) {
+  ByteBudget budget(10);
+  std::atomic<int> held{0}, most{0}, taken{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      while (taken < 2000) {
+        const auto hold = budget.Take(4, "images");
+        if (!hold.ok()) continue;
+        ++taken;
+        const int now = held += 4;
+        for (int seen = most; seen < now && !most.compare_exchange_weak(seen, now);) {
+        }
+        held -= 4;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_LE(most, 10);
+  EXPECT_EQ(budget.used(), 0u);
 }
 
 FlatScene SceneOf(size_t vertices) {
@@ -116,33 +225,129 @@ TEST(SceneCacheTest, IdenticalLoadsAreDoneOnce) {
   EXPECT_EQ(loads, 1);
 }
 
-TEST(SceneCacheTest, TheLeastRecentlyUsedGoesFirstAndLivesOnUnderItsUser) {
-  const uint64_t one = SceneOf(1000).SizeBytes();
-  SceneCache cache(2 * one + one / 2);
-  const auto get = [&](const std::string& name, bool* was_here = nullptr) {
-    return *cache.Get(
-        name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }, was_here);
-  };
-  get("a");
-  const auto b = get("b");
-  get("a");
-  get("c");
-  EXPECT_LE(cache.counters().bytes, 2 * one + one / 2);
-  bool was_here = true;
-  get("a", &was_here);
-  EXPECT_TRUE(was_here);
-  get("b", &was_here);
-  EXPECT_FALSE(was_here) << "b was the least recently used";
-  EXPECT_EQ(b->positions.size(), 1000u) << "in use: not evicted under its user";
+// Gets a scene of 1000 vertices and says whether it had to be loaded.
+class CacheOf {
+ public:
+  explicit CacheOf(uint64_t max_bytes) : cache(max_bytes) {}
+  absl::StatusOr<SceneCache::ScenePtr> Get(const std::string& name, size_t vertices = 1000) {
+    was_loaded = false;
+    return cache.Get(name, [&]() -> absl::StatusOr<FlatScene> {
+      was_loaded = true;
+      return SceneOf(vertices);
+    });
+  }
+  SceneCache cache;
+  bool was_loaded = false;
+};
+const uint64_t kOne = SceneOf(1000).SizeBytes();
+
+TEST(SceneCacheTest, TheLeastRecentlyUsedGoesFirst) {
+  CacheOf cache(2 * kOne);
+  ASSERT_OK(cache.Get("a"));
+  ASSERT_OK(cache.Get("b"));
+  ASSERT_OK(cache.Get("a"));
+  ASSERT_OK(cache.Get("c"));
+  EXPECT_EQ(cache.cache.counters().bytes, 2 * kOne);
+  ASSERT_OK(cache.Get("a"));
+  EXPECT_FALSE(cache.was_loaded);
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_TRUE(cache.was_loaded) << "b was the least recently used";
+  EXPECT_EQ(cache.cache.counters().hits, 2u);
+  EXPECT_EQ(cache.cache.counters().misses, 4u);
 }
 
-TEST(SceneCacheTest, ASceneThatCannotFitIsRefusedWithTheNumbers) {
-  SceneCache cache(100);
-  EXPECT_THAT(cache.Get("a", [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("the scene cache holds 100")));
-  EXPECT_THAT(cache.Get("a", [] { return absl::StatusOr<FlatScene>(absl::InvalidArgumentError("bad")); }),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("bad")))
-      << "errors are not kept";
+TEST(SceneCacheTest, SaysWhichSceneLeaves) {
+  const uint64_t one = SceneOf(1000).SizeBytes();
+  std::vector<std::string> dropped;
+  SceneCache cache(2 * one, [&](const std::string& name) { dropped.push_back(name); });
+  for (const char* name : {"a", "b", "c"}) {
+    EXPECT_OK(cache.Get(name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }));
+  }
+  EXPECT_EQ(dropped, std::vector<std::string>({"a"})) << "evicted";
+  cache.Forget("c");
+  cache.Forget("unknown");
+  EXPECT_EQ(dropped, std::vector<std::string>({"a", "c"}));
+}
+
+TEST(SceneCacheTest, ASceneInUseIsNeitherEvictedNorLeftOutOfTheCount) {
+  CacheOf cache(2 * kOne);
+  const auto a = *cache.Get("a");
+  ASSERT_OK(cache.Get("b"));
+  ASSERT_OK(cache.Get("c"));
+  ASSERT_OK(cache.Get("a"));
+  EXPECT_FALSE(cache.was_loaded) << "the oldest, but in use";
+  cache.cache.Forget("a");
+  EXPECT_EQ(cache.cache.counters().bytes, 2 * kOne) << "its user still has it";
+  EXPECT_EQ(a->positions.size(), 1000u);
+}
+
+TEST(SceneCacheTest, WhereScenesInUseLeaveNoRoomTheNextIsRefusedForNowAndNotLoadedAgain) {
+  CacheOf cache(2 * kOne);
+  auto a = *cache.Get("a");
+  const auto b = *cache.Get("b");
+  for (const bool is_known : {false, true}) {
+    const absl::Status status = cache.Get("c").status();
+    EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted,
+                                 HasSubstr(std::to_string(2 * kOne) + " of the " + std::to_string(2 * kOne) +
+                                           " of the scene cache are in use")));
+    EXPECT_NE(PushbackMs(status), "");
+    EXPECT_EQ(cache.was_loaded, !is_known);
+    EXPECT_EQ(cache.cache.counters().bytes, 2 * kOne);
+  }
+  a.reset();
+  EXPECT_OK(cache.Get("c"));
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_FALSE(cache.was_loaded) << "in use: a went instead";
+}
+
+TEST(SceneCacheTest, ARefusalEvictsNothing) {
+  CacheOf cache(3 * kOne);
+  const auto a = *cache.Get("a");
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_THAT(cache.Get("large", 2500), StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("in use")));
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_FALSE(cache.was_loaded);
+}
+
+TEST(SceneCacheTest, ASceneLargerThanTheCacheIsRefusedForGoodWithTheNumbers) {
+  CacheOf cache(kOne);
+  EXPECT_OK(cache.Get("a"));
+  const absl::Status status = cache.Get("b", 1001).status();
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument,
+                               HasSubstr("the scene takes " + std::to_string(SceneOf(1001).SizeBytes()) +
+                                         " bytes; the scene cache of this server holds " + std::to_string(kOne))));
+  EXPECT_EQ(PushbackMs(status), "");
+}
+
+TEST(SceneCacheTest, AFailedLoadIsNotKept) {
+  CacheOf cache(kOne);
+  EXPECT_THAT(cache.cache.Get("a", [] { return absl::StatusOr<FlatScene>(absl::InvalidArgumentError("bad")); }),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("bad")));
+  EXPECT_EQ(cache.cache.counters().bytes, 0u);
+  EXPECT_OK(cache.Get("a"));
+}
+
+TEST(SceneCacheTest, WhateverTheThreadsDoTheBoundHoldsAndNothingStaysCounted) {
+  SceneCache cache(4 * kOne);
+  std::vector<std::thread> threads;
+  std::atomic<int> served{0}, over{0};
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (int i = 0; i < 500; ++i) {
+        const std::string name(1, char('a' + (i * 7 + t * 3) % 12));
+        const auto scene = cache.Get(name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); });
+        EXPECT_TRUE(scene.ok() || absl::IsResourceExhausted(scene.status())) << scene.status();
+        served += scene.ok();
+        over += cache.counters().bytes > 4 * kOne;
+        if (i % 50 == 0) cache.Forget(name);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_GT(served, 1000);
+  EXPECT_EQ(over, 0);
+  for (char name = 'a'; name < 'a' + 12; ++name) cache.Forget(std::string(1, name));
+  EXPECT_EQ(cache.counters().bytes, 0u);
 }
 
 }  // namespace
