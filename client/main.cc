@@ -61,7 +61,7 @@ void AddRender(CLI::App* app, CommandLine* line) {
              "'center=x,y,z edge_u=x,y,z edge_v=x,y,z direction=x,y,z radiance=r,g,b'; repeatable");
   render->add_option("--ground", flags.ground, "'height=0 size=10 catcher'");
   render->add_option("--size", flags.size, "WIDTHxHEIGHT in pixels");
-  render->add_option("--method", flags.method, "hard, multi_map, ...");
+  render->add_option("--method", flags.method, "hard, multi_map, ray, ...");
   repeatable("--set", &flags.options, "KEY=VALUE, an option of the method; repeatable");
   render->add_option("--max-error", flags.max_error, "mean absolute error of visibility over shadowed pixels");
   render->add_option("--max-latency", flags.max_latency_ms, "milliseconds");

@@ -8,9 +8,11 @@
 #include <map>
 
 #include "renderer/gl/draw_context.h"
+#include "renderer/light/cpu_receivers.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/plan/frame_plan.h"
 #include "renderer/scene/pose.h"
+#include "renderer/scene/ray_scene_cache.h"
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shade/shade.h"
@@ -40,10 +42,10 @@ class Stopwatch {
 // One frame on its way through the house.
 class Frame {
  public:
-  Frame(const DrawContext& draw, const FlatScene& scene, const RenderRequest& request)
-      : draw_(draw), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
+  Frame(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene, const RenderRequest& request)
+      : draw_(draw), scene_name_(scene_name), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
 
-  absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
+  absl::Status Draw(SceneOnContext& on_context, RaySceneCache& ray_scenes, const ImageDecoder& decoder) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index));
     plan_ = PlanFrame(scene_, pose_, request_);
     DescribePlan();
@@ -58,6 +60,19 @@ class Frame {
       return absl::OkStatus();
     }));
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    needs_ = method_.method->Needs(request_.method, {});
+    const bool computes = std::any_of(plan_.lights.begin(), plan_.lights.end(),
+                                      [](const LightPlan& light) { return light.outcome == LightOutcome::kCompute; });
+    if (computes && needs_.ray_scene) {
+      RETURN_IF_ERROR(Timed("ray_scene", &report_.light_ms, [&] { return NeedRayScene(ray_scenes); }));
+    }
+    if (computes && needs_.cpu_receivers) {
+      RETURN_IF_ERROR(Timed("readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
+        receivers_.on_cpu = &cpu_receivers_;
+        return absl::OkStatus();
+      }));
+    }
     if (plan_.needs_shading) {
       RETURN_IF_ERROR(Timed("ambient", &report_.shade_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
@@ -119,6 +134,17 @@ class Frame {
     return absl::OkStatus();
   }
 
+  absl::Status NeedRayScene(RaySceneCache& cache) {
+    ASSIGN_OR_RETURN(const RaySceneCache::Found found, cache.Get(scene_name_, scene_, pose_));
+    ray_scene_ = found.scene;
+    report_.passes.back().count = ray_scene_->triangles().indices.size() / 3;
+    report_.caches.push_back({.name = "ray_scene",
+                              .hits = uint64_t(!found.is_new),
+                              .misses = uint64_t(found.is_new),
+                              .bytes = cache.SizeBytes()});
+    return absl::OkStatus();
+  }
+
   absl::Status DrawLight(size_t index) {
     const AreaLight& light = request_.lights[index];
     const LightPlan& plan = plan_.lights[index];
@@ -131,8 +157,12 @@ class Frame {
     const bool computes = plan.outcome == LightOutcome::kCompute;
     if (computes) {
       RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(occluders, OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
-        const LightInputs inputs = {occluders.get(), light, request_.seed + uint32_t(index), kMaxLightDataBytes};
+        if (needs_.maps > 0) {
+          ASSIGN_OR_RETURN(occluders,
+                           OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
+        }
+        const LightInputs inputs = {occluders.get(), ray_scene_, light, request_.seed + uint32_t(index),
+                                    kMaxLightDataBytes};
         ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
         report_.passes.back().count = data->MapsDrawn();
         return absl::OkStatus();
@@ -180,9 +210,14 @@ class Frame {
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }
     if (occlusion != nullptr) {
-      Image sums(request_.width, request_.height, 1);
-      RETURN_IF_ERROR(ReadBack(occlusion->sums, sums));
-      const float largest = *std::max_element(sums.data(), sums.data() + sums.size());
+      std::vector<float> read_back;
+      const auto* sums = std::get_if<std::vector<float>>(&occlusion->sums);
+      if (sums == nullptr) {
+        read_back.resize(pixels);
+        RETURN_IF_ERROR(std::get<gl::Texture>(occlusion->sums).ReadFloats(read_back.data(), pixels));
+        sums = &read_back;
+      }
+      const float largest = *std::max_element(sums->begin(), sums->end());
       report_.max_sum = std::max(report_.max_sum, double(largest / occlusion->full_sum));
     }
     return absl::OkStatus();
@@ -197,9 +232,13 @@ class Frame {
   }
 
   const DrawContext& draw_;
+  const std::string& scene_name_;
   const FlatScene& scene_;
   const RenderRequest& request_;
   const RegisteredMethod& method_;
+  MethodNeeds needs_;
+  std::shared_ptr<const RayScene> ray_scene_;
+  CpuReceivers cpu_receivers_;
   Pose pose_;
   FramePlan plan_;
   GBuffer gbuffer_;
@@ -230,8 +269,8 @@ class ContextRenderer : public Renderer {
       entry->second = *std::move(uploaded);
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene, request);
-    RETURN_IF_ERROR(frame.Draw(*entry->second, decoder_));
+    Frame frame(draw, scene_name, scene, request);
+    RETURN_IF_ERROR(frame.Draw(*entry->second, ray_scenes_, decoder_));
     ASSIGN_OR_RETURN(RenderResult result, frame.TakeResult());
     result.report.upload_ms += upload_ms;
     result.report.caches.push_back({.name = "scene_on_context",
@@ -241,13 +280,17 @@ class ContextRenderer : public Renderer {
     return result;
   }
 
-  void ForgetScene(const std::string& scene_name) override { scenes_.erase(scene_name); }
+  void ForgetScene(const std::string& scene_name) override {
+    scenes_.erase(scene_name);
+    ray_scenes_.Forget(scene_name);
+  }
 
  private:
   gl::Context* context_;
   gl::ProgramCache programs_;
   ImageDecoder decoder_;
   std::map<std::string, std::unique_ptr<SceneOnContext>> scenes_;
+  RaySceneCache ray_scenes_;
 };
 
 }  // namespace

@@ -58,7 +58,12 @@ struct MultiMapOptions {
   int k = 64;           // maps, 1..4096
   int map_size = 1024;  // texels a side, 16..8192
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions>;
+struct RayOptions {
+  int rays = 256;  // at each receiver, 1..65536; the most, where adaptive
+  bool is_adaptive = false;
+  float stop_error = 0.005f;  // of adaptive rays, in (0, 1)
+};
+using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions>;
 
 enum class OutputKind : uint8_t {
   kFrame,       // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) and coverage

@@ -67,7 +67,10 @@ struct DoctorLine {
 // Tries every way to get a context, one after the other, and leaves none behind.
 std::vector<DoctorLine> Diagnose();
 
-// Sets LP_NUM_THREADS to max(1, min(affinity, cgroup cpu.max) / contexts) unless the user has set it. Call before the
+// CPUs that this process may use: the smaller of its affinity and its cgroup's quota (cpu.max), at least 1.
+int AvailableCpus();
+
+// Sets LP_NUM_THREADS to max(1, AvailableCpus() / contexts) unless the user has set it. Call before the
 // first context of the process and before any thread is started.
 void LimitDriverThreads(int contexts);
 

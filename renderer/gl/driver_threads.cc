@@ -22,10 +22,14 @@ double CgroupCpus() {
 
 }  // namespace
 
-void LimitDriverThreads(int contexts) {
+int AvailableCpus() {
   cpu_set_t cpus;
   const int affinity = sched_getaffinity(0, sizeof(cpus), &cpus) == 0 ? CPU_COUNT(&cpus) : 1;
-  const int threads = std::max(1, int(std::min<double>(affinity, CgroupCpus()) / std::max(1, contexts)));
+  return std::max(1, int(std::min<double>(affinity, CgroupCpus())));
+}
+
+void LimitDriverThreads(int contexts) {
+  const int threads = std::max(1, AvailableCpus() / std::max(1, contexts));
   setenv("LP_NUM_THREADS", std::to_string(threads).c_str(), /*overwrite=*/0);
 }
 

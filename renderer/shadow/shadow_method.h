@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "renderer/gl/draw_context.h"
@@ -17,6 +18,7 @@
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
 #include "renderer/request.h"
+#include "renderer/scene/ray_scene.h"
 
 namespace halfshade {
 
@@ -25,23 +27,27 @@ struct SceneFacts {
   uint64_t occluder_triangles = 0;
 };
 
-// What building the light data takes. Pure: known before anything is drawn.
+// What a method takes. Pure: known before anything is drawn.
 struct MethodNeeds {
-  uint32_t maps = 0;              // depth maps drawn, side windows not counted
+  uint32_t maps = 0;              // depth maps drawn, side windows not counted; 0: no LightInputs::occluders
   int map_size = 0;               // texels a side
   uint64_t light_data_bytes = 0;  // if everything is kept
+  bool ray_scene = false;         // LightInputs::ray_scene
+  bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
 };
 
 struct LightInputs {
-  const OccludersOnContext* occluders = nullptr;  // outlives the light data
+  const OccludersOnContext* occluders = nullptr;  // outlives the light data; null unless needed
+  std::shared_ptr<const RayScene> ray_scene;      // null unless needed
   AreaLight light;
   uint32_t seed = 0;
   uint64_t max_light_data_bytes = 0;  // over it a method keeps the recipe and draws again at every resolve
 };
 
 // What a method returns before the door: occlusion as a sum. Hidden fraction of the light = sum / full_sum.
+// One per receiver, where the method works: an R32F texture, or in memory, [height][width].
 struct OcclusionSum {
-  gl::Texture sums;  // R32F, one texel per receiver
+  std::variant<gl::Texture, std::vector<float>> sums;
   float full_sum = 1;
 };
 

@@ -75,6 +75,7 @@ const std::vector<Foreign> kForeign = {
     {{"glad/", "EGL/", "GL/"},
      {"renderer/gl/", "renderer/scene/scene_on_context", "renderer/light/", "renderer/shadow/", "renderer/shade/",
       "renderer/renderer.", "renderer/warm_up.", "server/", "client/"}},
+    {{"embree", "tbb/"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };
