@@ -5,14 +5,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 
 #include "renderer/gl/draw_context.h"
+#include "renderer/gl/object_cache.h"
 #include "renderer/light/cpu_receivers.h"
+#include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/plan/frame_plan.h"
 #include "renderer/scene/pose.h"
-#include "renderer/scene/ray_scene_cache.h"
+#include "renderer/scene/ray_scene.h"
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shade/shade.h"
@@ -24,8 +25,6 @@
 namespace halfshade {
 namespace {
 
-// Maps of one light beyond this are drawn again at every resolve instead of being kept.
-constexpr uint64_t kMaxLightDataBytes = 256ull << 20;
 // Visibility nearer to 0 or 1 than this is umbra or light.
 constexpr float kPenumbraMargin = 1.0f / 512;
 
@@ -39,14 +38,25 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+using LightDataCache = gl::ObjectCache<LightData>;
+using RaySceneCache = gl::ObjectCache<const RayScene>;
+
 // One frame on its way through the house.
 class Frame {
  public:
-  Frame(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene, const RenderRequest& request)
-      : draw_(draw), scene_name_(scene_name), scene_(scene), request_(request), method_(FindMethod(request.method)) {}
+  Frame(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
+        LightDataCache* light_data, RaySceneCache* ray_scenes)
+      : draw_(draw),
+        scene_name_(scene_name),
+        scene_(scene),
+        request_(request),
+        method_(FindMethod(request.method)),
+        needs_(method_.method->Needs(request.method, {})),
+        light_data_(light_data),
+        ray_scenes_(ray_scenes) {}
 
-  absl::Status Draw(SceneOnContext& on_context, RaySceneCache& ray_scenes, const ImageDecoder& decoder) {
-    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index));
+  absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
+    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
     DescribePlan();
     if (plan_.needs_shading) {
@@ -60,13 +70,7 @@ class Frame {
       return absl::OkStatus();
     }));
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
-    needs_ = method_.method->Needs(request_.method, {});
-    const bool computes = std::any_of(plan_.lights.begin(), plan_.lights.end(),
-                                      [](const LightPlan& light) { return light.outcome == LightOutcome::kCompute; });
-    if (computes && needs_.ray_scene) {
-      RETURN_IF_ERROR(Timed("ray_scene", &report_.light_ms, [&] { return NeedRayScene(ray_scenes); }));
-    }
-    if (computes && needs_.cpu_receivers) {
+    if (needs_.cpu_receivers && ComputedLights() > 0) {
       RETURN_IF_ERROR(Timed("readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
         receivers_.on_cpu = &cpu_receivers_;
@@ -79,7 +83,7 @@ class Frame {
         return absl::OkStatus();
       }));
     }
-    for (size_t i = 0; i < request_.lights.size(); ++i) RETURN_IF_ERROR(DrawLight(i));
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan));
     FinishShares();
     return absl::OkStatus();
   }
@@ -134,57 +138,100 @@ class Frame {
     return absl::OkStatus();
   }
 
-  absl::Status NeedRayScene(RaySceneCache& cache) {
-    ASSIGN_OR_RETURN(const RaySceneCache::Found found, cache.Get(scene_name_, scene_, pose_));
-    ray_scene_ = found.scene;
-    report_.passes.back().count = ray_scene_->triangles().indices.size() / 3;
-    report_.caches.push_back({.name = "ray_scene",
-                              .hits = uint64_t(!found.is_new),
-                              .misses = uint64_t(found.is_new),
-                              .bytes = cache.SizeBytes()});
-    return absl::OkStatus();
-  }
-
-  absl::Status DrawLight(size_t index) {
-    const AreaLight& light = request_.lights[index];
-    const LightPlan& plan = plan_.lights[index];
-    const std::string name = "light[" + std::to_string(index) + "]/";
+  // One side of a light.
+  absl::Status DrawLight(const LightPlan& plan) {
+    const AreaLight& light = plan.light;
+    const std::string name = "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
     if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
     if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
-    std::unique_ptr<OccludersOnContext> occluders;
-    std::unique_ptr<LightData> data;
+    LightDataCache::Pointer data;
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
     if (computes) {
-      RETURN_IF_ERROR(Timed(name + "light_data", &report_.light_ms, [&]() -> absl::Status {
-        if (needs_.maps > 0) {
-          ASSIGN_OR_RETURN(occluders,
-                           OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
-        }
-        const LightInputs inputs = {occluders.get(), ray_scene_, light, request_.seed + uint32_t(index),
-                                    kMaxLightDataBytes};
-        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
-        report_.passes.back().count = data->MapsDrawn();
-        return absl::OkStatus();
-      }));
-      report_.caches.push_back({.name = name + "light_data", .misses = 1, .bytes = data->SizeBytes()});
+      ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data"));
     }
     gl::Texture visibility;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
       if (computes) {
         ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
+        report_.passes.back().count = data->MapsRedrawn();
       }
       ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
       return absl::OkStatus();
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
-                          [&] { return Collect(index, visibility, computes ? &occlusion : nullptr); }));
+                          [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
     if (plan_.needs_shading) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
     return absl::OkStatus();
+  }
+
+  // From the cache, or built and kept there.
+  absl::StatusOr<LightDataCache::Pointer> NeedLightData(const AreaLight& light, const std::string& pass) {
+    const std::string key =
+        LightDataKey(scene_name_, request_, light, method_.name, method_.method->LightDataOptions(request_.method));
+    LightDataCache::Pointer data;
+    if (request_.cache == CacheMode::kUse) data = light_data_->Find(key);
+    const bool is_hit = data != nullptr;
+    if (is_hit) {
+      Skip(pass, "cached");
+    } else {
+      RaySceneCache::Pointer ray_scene;
+      if (needs_.ray_scene) {
+        ASSIGN_OR_RETURN(ray_scene, NeedRayScene());
+      }
+      RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
+        LightInputs inputs;
+        if (needs_.maps > 0) {
+          ASSIGN_OR_RETURN(inputs.occluders,
+                           OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
+        }
+        inputs.ray_scene = ray_scene;
+        inputs.light = light;
+        inputs.seed = request_.seed;
+        inputs.max_light_data_bytes = LightDataShare();
+        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
+        report_.passes.back().count = data->MapsDrawn();
+        return absl::OkStatus();
+      }));
+      light_data_->Keep(key, data);
+    }
+    if (const uint64_t redrawn = data->MapsRedrawn(); redrawn > 0) {
+      std::string& reason = report_.passes.back().reason;
+      reason += (reason.empty() ? "" : "; ") + std::to_string(redrawn) +
+                " maps do not fit the light cache: drawn at every resolve";
+    }
+    report_.caches.push_back(
+        {.name = pass, .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
+    return data;
+  }
+
+  absl::StatusOr<RaySceneCache::Pointer> NeedRayScene() {
+    const std::string key = CastersKey(scene_name_, request_);
+    RaySceneCache::Pointer ray_scene = ray_scenes_->Find(key);
+    const bool is_hit = ray_scene != nullptr;
+    if (!is_hit) {
+      RETURN_IF_ERROR(Timed("ray_scene", &report_.light_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(ray_scene, RayScene::Create(scene_, pose_));
+        report_.passes.back().count = ray_scene->triangles().indices.size() / 3;
+        return absl::OkStatus();
+      }));
+      ray_scenes_->Keep(key, ray_scene);
+    }
+    report_.caches.push_back(
+        {.name = "ray_scene", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = ray_scene->SizeBytes()});
+    return ray_scene;
+  }
+
+  // Each light of this request may take as much of the cache, so that the next request finds them all.
+  uint64_t LightDataShare() const { return light_data_->max_bytes() / ComputedLights(); }
+
+  uint64_t ComputedLights() const {
+    return uint64_t(std::count_if(plan_.lights.begin(), plan_.lights.end(),
+                                  [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; }));
   }
 
   absl::Status ReadBack(const gl::Texture& texture, Image& image) {
@@ -205,7 +252,10 @@ class Frame {
         return absl::InternalError(method_.name + ": visibility " + std::to_string(v) + " at pixel " +
                                    std::to_string(i % request_.width) + "," + std::to_string(i / request_.width));
       }
-      if (wants_image) visibility_.data()[i * channels + light] = v;
+      if (wants_image) {
+        float& image_v = visibility_.data()[i * channels + light];
+        image_v = std::max(image_v, v);  // of both sides, one is 0
+      }
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }
@@ -236,8 +286,9 @@ class Frame {
   const FlatScene& scene_;
   const RenderRequest& request_;
   const RegisteredMethod& method_;
-  MethodNeeds needs_;
-  std::shared_ptr<const RayScene> ray_scene_;
+  const MethodNeeds needs_;
+  LightDataCache* light_data_;
+  RaySceneCache* ray_scenes_;
   CpuReceivers cpu_receivers_;
   Pose pose_;
   FramePlan plan_;
@@ -251,53 +302,85 @@ class Frame {
 
 class ContextRenderer : public Renderer {
  public:
-  ContextRenderer(gl::Context* context, ImageDecoder decoder)
-      : context_(context), programs_(context), decoder_(std::move(decoder)) {}
+  ContextRenderer(gl::Context* context, ImageDecoder decoder, const ContextMemory& memory)
+      : context_(context),
+        programs_(context),
+        decoder_(std::move(decoder)),
+        scenes_(memory.scene_bytes),
+        light_data_(memory.light_data_bytes),
+        ray_scenes_(memory.ray_scene_bytes) {}
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
+    auto result = Draw(scene_name, scene, request, stop);
+    // Nothing is in use any more.
+    scenes_.Trim();
+    light_data_.Trim();
+    ray_scenes_.Trim();
+    return result;
+  }
+
+  void ForgetScene(const std::string& scene_name) override {
+    scenes_.Forget(SceneKey(scene_name));
+    light_data_.Forget(LightDataPrefix(scene_name));
+    ray_scenes_.Forget(LightDataPrefix(scene_name));
+  }
+
+  std::vector<CacheReport> Caches() const override {
+    return {{"scene_on_context", scenes_.hits(), scenes_.misses(), scenes_.bytes()},
+            {"light_data", light_data_.hits(), light_data_.misses(), light_data_.bytes()},
+            {"ray_scene", ray_scenes_.hits(), ray_scenes_.misses(), ray_scenes_.bytes()}};
+  }
+
+  void ForgetEverything() {
+    scenes_.Clear();
+    light_data_.Clear();
+    ray_scenes_.Clear();
+  }
+
+ private:
+  // The beginning of no other scene's.
+  static std::string SceneKey(const std::string& scene_name) { return scene_name + "\n"; }
+
+  absl::StatusOr<RenderResult> Draw(const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
+                                    const StopCheck& stop) {
     gl::Pacer pacer(*context_, stop);
     const DrawContext draw = {context_, &programs_, &pacer};
     const Stopwatch stopwatch;
-    auto [entry, is_new] = scenes_.try_emplace(scene_name);
+    auto on_context = scenes_.Find(SceneKey(scene_name));
+    const bool is_new = on_context == nullptr;
     if (is_new) {
-      auto uploaded = SceneOnContext::Create(draw, scene);
-      if (!uploaded.ok()) {
-        scenes_.erase(entry);
-        return uploaded.status();
-      }
-      entry->second = *std::move(uploaded);
+      ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene_name, scene, request);
-    RETURN_IF_ERROR(frame.Draw(*entry->second, ray_scenes_, decoder_));
+    Frame frame(draw, scene_name, scene, request, &light_data_, &ray_scenes_);
+    const absl::Status status = frame.Draw(*on_context, decoder_);
+    scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
+    RETURN_IF_ERROR(status);
     ASSIGN_OR_RETURN(RenderResult result, frame.TakeResult());
     result.report.upload_ms += upload_ms;
     result.report.caches.push_back({.name = "scene_on_context",
                                     .hits = uint64_t(!is_new),
                                     .misses = uint64_t(is_new),
-                                    .bytes = entry->second->SizeBytes()});
+                                    .bytes = on_context->SizeBytes()});
     return result;
   }
 
-  void ForgetScene(const std::string& scene_name) override {
-    scenes_.erase(scene_name);
-    ray_scenes_.Forget(scene_name);
-  }
-
- private:
   gl::Context* context_;
   gl::ProgramCache programs_;
   ImageDecoder decoder_;
-  std::map<std::string, std::unique_ptr<SceneOnContext>> scenes_;
+  gl::ObjectCache<SceneOnContext> scenes_;
+  LightDataCache light_data_;
   RaySceneCache ray_scenes_;
 };
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder) {
-  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder));
+absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
+                                                           const ContextMemory& memory) {
+  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder), memory);
   RETURN_IF_ERROR(WarmUp(*renderer));
+  renderer->ForgetEverything();
   return renderer;
 }
 

@@ -40,22 +40,34 @@ struct RenderResult {
   RenderReport report;
 };
 
+// What may stay with a context between calls, in GL's memory or, of ray scenes, in the process's. What a call itself
+// needs comes on top: its scene and one light's data where they are not kept, and the textures of its frame.
+struct ContextMemory {
+  uint64_t scene_bytes = 1ull << 30;         // buffers and textures of scenes
+  uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights
+  uint64_t ray_scene_bytes = 512ull << 20;   // triangles and hierarchies that rays are traced in
+};
+
 // The renderer of one GL context. Lives and is used on the context's thread, with the context current.
 class Renderer {
  public:
   // Compiles and draws every program once (shaders compile at the first draw), so that the first request is not slow.
   // INTERNAL with a shader's path and log if one does not compile.
-  static absl::StatusOr<std::unique_ptr<Renderer>> Create(gl::Context* context, ImageDecoder decoder);
+  static absl::StatusOr<std::unique_ptr<Renderer>> Create(gl::Context* context, ImageDecoder decoder,
+                                                          const ContextMemory& memory = {});
   virtual ~Renderer() = default;
 
-  // `scene_name` keys the GL buffers that stay on the context between calls; `scene` must be the same for the same
-  // name. Errors: what `stop` returns (CANCELLED, DEADLINE_EXCEEDED); UNIMPLEMENTED naming what is missing;
-  // INVALID_ARGUMENT where only the scene tells (scene_index); INTERNAL for a GL error or a NaN.
+  // `scene_name` keys what stays on the context between calls; `scene` must be the same for the same name. Errors: what
+  // `stop` returns (CANCELLED, DEADLINE_EXCEEDED); UNIMPLEMENTED naming what is missing; INVALID_ARGUMENT where only
+  // the scene tells (scene_index); INTERNAL for a GL error or a NaN.
   virtual absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                               const RenderRequest& request, const StopCheck& stop) = 0;
 
-  // Forgets GL buffers of a scene. OK if there are none.
+  // Frees all that stayed of a scene. OK if there is nothing.
   virtual void ForgetScene(const std::string& scene_name) = 0;
+
+  // What stays on the context now, and how often it was found since the start.
+  virtual std::vector<CacheReport> Caches() const { return {}; }
 };
 
 // "hard", "multi_map": what RenderRequest::method may hold, by proto field name.

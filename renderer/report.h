@@ -12,7 +12,7 @@ struct PassReport {
   std::string name{};  // "light[0]/multi_map", "gbuffer", "shade", ...
   double ms = 0;       // wall, GL work included
   bool is_skipped = false;
-  std::string reason{};  // of a skip: "light[0]: radiance is zero"
+  std::string reason{};  // of a skip: "light[0]: radiance is zero"; or of work that is left for later
   uint64_t count = 0;    // what the pass counts: maps drawn, pixels, triangles
 };
 

@@ -51,6 +51,16 @@ struct Ground {
   bool is_shadow_catcher = false;
 };
 
+// A change to one node of the scene. What is false for a node is false for all below it, as visibility is in
+// KHR_node_visibility: a node is drawn, casts and receives where it and all its ancestors do.
+struct NodeOverride {
+  uint32_t node = 0;                // into FlatScene::nodes
+  std::optional<glm::dmat4> local;  // affine; in place of the node's own
+  bool is_visible = true;           // drawn for the camera; says nothing of its shadow
+  bool casts = true;                // hides light, drawn or not
+  bool receives = true;             // gets shadows; where not, v = 1 and no horizon
+};
+
 struct HardOptions {
   int map_size = 2048;  // texels a side, 16..8192
 };
@@ -86,8 +96,14 @@ struct Shading {
   glm::vec3 background{0.18f};  // linear
 };
 
+enum class CacheMode : uint8_t {
+  kUse,
+  kRefresh,  // light data of earlier requests is not looked at, and replaced
+};
+
 struct RenderRequest {
   uint32_t scene_index = 0;
+  std::vector<NodeOverride> node_overrides;  // each of another node
   std::optional<Ground> ground;
   Camera camera;
   int width = 1280;
@@ -98,7 +114,8 @@ struct RenderRequest {
   std::string method_reason;  // why this method, for the report
   std::vector<OutputKind> outputs;
   Shading shading;
-  uint32_t seed = 0;
+  uint32_t seed = 0;  // the points that sampled methods look from, the same for every light
+  CacheMode cache = CacheMode::kUse;
 };
 
 // Asked between GL submissions (each is predicted under 20 ms): a non-OK status stops the render, which returns it.

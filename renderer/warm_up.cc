@@ -56,7 +56,6 @@ absl::Status WarmUp(Renderer& renderer) {
       RETURN_IF_ERROR(renderer.Render(name, scene, request, [] { return absl::OkStatus(); }).status());
     }
   }
-  renderer.ForgetScene(name);
   return absl::OkStatus();
 }
 

@@ -52,14 +52,20 @@ bool RenderQueue::Withdraw(uint64_t id) {
   return true;
 }
 
-std::optional<RenderJob> RenderQueue::Pop() {
+std::optional<RenderJob> RenderQueue::Pop(const std::function<bool()>& is_called) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return is_closed_ || !jobs_.empty(); });
-  if (jobs_.empty()) return std::nullopt;
+  bool was_called = false;
+  changed_.wait(lock, [&] { return is_closed_ || !jobs_.empty() || (was_called = is_called()); });
+  if (jobs_.empty()) return was_called ? std::optional(RenderJob()) : std::nullopt;
   RenderJob job = std::move(jobs_.front());
   jobs_.pop_front();
   ++running_;
   return job;
+}
+
+void RenderQueue::Call() {
+  const std::lock_guard lock(mutex_);
+  changed_.notify_all();
 }
 
 void RenderQueue::Report(std::chrono::duration<double> elapsed) {

@@ -34,8 +34,11 @@ class RenderQueue {
   // Takes a waiting job out. False if it runs already, or has run.
   bool Withdraw(uint64_t id);
 
-  // The next job; waits for one. Nothing once the queue is closed and empty.
-  std::optional<RenderJob> Pop();
+  // The next job; waits for one. Nothing once the queue is closed and empty. Comes back with a job without `run` when
+  // nothing waits but is_called() says that the worker has something else to do; asked again after every Call.
+  std::optional<RenderJob> Pop(const std::function<bool()>& is_called = [] { return false; });
+  // Lets every waiting worker ask is_called again.
+  void Call();
 
   // How long a job took on its worker: what predicted waits are made of.
   void Report(std::chrono::duration<double> elapsed);

@@ -44,6 +44,13 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
                  "folder that keeps scenes; default: a private temporary one");
   app.add_option("--scene-store-mb", options.scene_store_mb, "its bound")->capture_default_str();
   app.add_option("--scene-cache-mb", options.scene_cache_mb, "loaded scenes in memory")->capture_default_str();
+  app.add_option("--gl-scene-mb", options.gl_scene_mb, "scenes in GL memory, of all contexts together")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
+  app.add_option("--light-cache-mb", options.light_cache_mb,
+                 "shadow maps and other light data in GL memory, of all contexts together")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
   std::string gl = "auto";
   app.add_option("--gl", gl, "auto, egl or osmesa")->check(CLI::IsMember({"auto", "egl", "osmesa"}));
   app.add_option("--egl-device", options.gl.egl_device, "which EGL device")->check(CLI::NonNegativeNumber);
@@ -57,7 +64,7 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
   AddLimits(app, &options.limits);
   std::vector<std::string> later_given;
-  for (const char* later : {"--light-cache-mb", "--tls-cert", "--tls-key", "--client-ca", "--token-file"}) {
+  for (const char* later : {"--tls-cert", "--tls-key", "--client-ca", "--token-file"}) {
     app.add_option_function<std::string>(
         later, [&later_given, later](const std::string&) { later_given.emplace_back(later); },
         "not available in this version");

@@ -5,8 +5,10 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "renderer/gl/context.h"
 #include "renderer/renderer.h"
@@ -27,22 +29,36 @@ struct WorkerRenderer {
 using RendererFactory = std::function<absl::StatusOr<WorkerRenderer>()>;
 
 // The real one: a context by `options`, warmed up.
-RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels);
+RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels,
+                                      const ContextMemory& memory);
 
 class GlWorker {
  public:
   // Starts the thread and waits for its renderer; the factory's error. `queue` outlives the worker.
   static absl::StatusOr<std::unique_ptr<GlWorker>> Start(const RendererFactory& factory, RenderQueue* queue);
-  // Joins the thread. Close the queue first, or this waits for ever.
-  ~GlWorker();
+  ~GlWorker() { Join(); }
+  // Waits for the end of the thread. Close the queue first, or this waits for ever.
+  void Join();
 
   const std::string& gl_renderer() const { return info_.gl_renderer; }
   const std::string& gl_version() const { return info_.gl_version; }
   const std::string& description() const { return info_.description; }
 
+  // From any thread: frees what stays of a scene on this context, after the render under way, before the next one.
+  void ForgetScene(const std::string& name);
+  // From any thread: Renderer::Caches as they were after the last render.
+  std::vector<CacheReport> Caches() const;
+
  private:
-  GlWorker() = default;
+  explicit GlWorker(RenderQueue* queue) : queue_(queue) {}
+  void Work(WorkerRenderer& own);  // until the queue is closed and empty
+  void Tidy(Renderer& renderer);   // forgets what is to be forgotten, and counts what is left
+
+  RenderQueue* queue_;
   WorkerRenderer info_;  // strings alone; context and renderer live on the thread
+  mutable std::mutex mutex_;
+  std::vector<std::string> forgotten_;
+  std::vector<CacheReport> caches_;
   std::thread thread_;
 };
 

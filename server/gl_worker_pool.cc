@@ -1,19 +1,47 @@
 #include "server/gl_worker_pool.h"
 
+#include <algorithm>
+
 #include "renderer/status.h"
 #include "server/options.h"
 
 namespace halfshade {
 
 absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queue) {
+  const uint64_t contexts = uint64_t(options.contexts);
+  const ContextMemory memory = {.scene_bytes = (options.gl_scene_mb << 20) / contexts,
+                                .light_data_bytes = (options.light_cache_mb << 20) / contexts};
   const RendererFactory factory = options.renderer_factory
                                       ? options.renderer_factory
-                                      : MakeGlRendererFactory(options.gl, options.limits.texture_pixels);
+                                      : MakeGlRendererFactory(options.gl, options.limits.texture_pixels, memory);
   for (int i = 0; i < options.contexts; ++i) {
     ASSIGN_OR_RETURN(auto worker, GlWorker::Start(factory, queue));
     workers_.push_back(std::move(worker));
   }
   return absl::OkStatus();
+}
+
+void GlWorkerPool::Join() {
+  for (const auto& worker : workers_) worker->Join();
+}
+
+void GlWorkerPool::ForgetScene(const std::string& name) {
+  for (const auto& worker : workers_) worker->ForgetScene(name);
+}
+
+std::vector<CacheReport> GlWorkerPool::Caches() const {
+  std::vector<CacheReport> sums;
+  for (const auto& worker : workers_) {
+    for (const CacheReport& cache : worker->Caches()) {
+      const auto is_same = [&](const CacheReport& sum) { return sum.name == cache.name; };
+      auto sum = std::find_if(sums.begin(), sums.end(), is_same);
+      if (sum == sums.end()) sum = sums.insert(sums.end(), {.name = cache.name});
+      sum->hits += cache.hits;
+      sum->misses += cache.misses;
+      sum->bytes += cache.bytes;
+    }
+  }
+  return sums;
 }
 
 }  // namespace halfshade

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "server/gl_worker.h"
@@ -15,6 +16,14 @@ class GlWorkerPool {
   // Makes options.contexts workers, one after the other; the first error. `queue` outlives the pool and is closed
   // before it dies.
   absl::Status Start(const ServerOptions& options, RenderQueue* queue);
+
+  // Waits for the end of all threads; the queue is closed before. Everything below may still be called.
+  void Join();
+
+  // Of every context. Thread-safe once started.
+  void ForgetScene(const std::string& name);
+  // Summed over the contexts. Thread-safe once started.
+  std::vector<CacheReport> Caches() const;
 
   const std::vector<std::unique_ptr<GlWorker>>& workers() const { return workers_; }
 

@@ -52,6 +52,7 @@ void SceneCache::Keep(const std::string& name, const ScenePtr& scene) {
   while (counters_.bytes > max_bytes_) {
     const auto oldest = entries_.find(uses_.back());
     counters_.bytes -= oldest->second.bytes;
+    on_drop_(oldest->first);
     entries_.erase(oldest);
     uses_.pop_back();
   }
@@ -62,6 +63,7 @@ void SceneCache::Forget(const std::string& name) {
   const auto found = entries_.find(name);
   if (found == entries_.end()) return;
   counters_.bytes -= found->second.bytes;
+  on_drop_(name);
   uses_.erase(found->second.use);
   entries_.erase(found);
 }

@@ -22,7 +22,10 @@ class SceneCache {
   using ScenePtr = std::shared_ptr<const FlatScene>;
   using Loader = std::function<absl::StatusOr<FlatScene>()>;
 
-  explicit SceneCache(uint64_t max_bytes) : max_bytes_(max_bytes) {}
+  // `on_drop` is told the name of every scene that leaves the cache, under the cache's lock: it must not call back.
+  explicit SceneCache(
+      uint64_t max_bytes, std::function<void(const std::string& name)> on_drop = [](const std::string&) {})
+      : max_bytes_(max_bytes), on_drop_(std::move(on_drop)) {}
 
   // The scene, loaded by `loader` if it is not here; callers that come while it loads wait for the same result. Errors
   // are the loader's and are not kept. RESOURCE_EXHAUSTED with the numbers for a scene larger than the whole cache.
@@ -46,6 +49,7 @@ class SceneCache {
   void Keep(const std::string& name, const ScenePtr& scene);  // under mutex_
 
   const uint64_t max_bytes_;
+  const std::function<void(const std::string& name)> on_drop_;
   mutable std::mutex mutex_;
   std::map<std::string, Entry> entries_;
   std::list<std::string> uses_;  // most recent first

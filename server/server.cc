@@ -59,7 +59,7 @@ class WiredServer final : public Server {
  public:
   explicit WiredServer(const ServerOptions& options)
       : options_(options),
-        cache_(options.scene_cache_mb << 20),
+        cache_(options.scene_cache_mb << 20, [this](const std::string& name) { workers_.ForgetScene(name); }),
         queue_(options.limits.queue, options.contexts),
         pool_(kPoolThreads) {}
 
@@ -68,6 +68,10 @@ class WiredServer final : public Server {
     is_ready_ = false;
     if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
     queue_.Close();
+    // First gRPC, then the contexts; then the pool that they hand results to, which may still tell them to forget a
+    // scene.
+    server_.reset();
+    workers_.Join();
   }
 
   absl::Status Start() {
@@ -83,7 +87,7 @@ class WiredServer final : public Server {
     plant_.limits = options_.limits;
     scene_service_ = std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &pool_, options_.limits);
     render_service_ = std::make_unique<RenderServiceImpl>(&plant_);
-    server_service_ = std::make_unique<ServerServiceImpl>(Describe(), &plant_, store_.get(), &cache_);
+    server_service_ = std::make_unique<ServerServiceImpl>(Describe(), &plant_, store_.get(), &cache_, &workers_);
     return Listen();
   }
 
@@ -153,9 +157,8 @@ class WiredServer final : public Server {
   std::unique_ptr<SceneCatalog> catalog_;
   RenderPlant plant_;
   RenderQueue queue_;
-  // From here on the order of destruction matters: gRPC first, then the workers, then the pool they hand results to.
+  GlWorkerPool workers_;  // outlives the pool
   CpuPool pool_;
-  GlWorkerPool workers_;
   std::unique_ptr<SceneServiceImpl> scene_service_;
   std::unique_ptr<RenderServiceImpl> render_service_;
   std::unique_ptr<ServerServiceImpl> server_service_;

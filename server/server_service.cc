@@ -20,11 +20,15 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetStatistics(grpc::CallbackServerC
   response->set_scenes(uint32_t(store_->List(StoreKind::kScene).size()));
   response->set_blob_bytes(store_->size_bytes());
   const SceneCache::Counters counters = cache_->counters();
-  v1::Cache* cache = response->add_caches();
-  cache->set_name("scene");
-  cache->set_hits(counters.hits);
-  cache->set_misses(counters.misses);
-  cache->set_bytes(counters.bytes);
+  std::vector<CacheReport> caches = workers_->Caches();
+  caches.insert(caches.begin(), {"scene", counters.hits, counters.misses, counters.bytes});
+  for (const CacheReport& cache : caches) {
+    v1::Cache* out = response->add_caches();
+    out->set_name(cache.name);
+    out->set_hits(cache.hits);
+    out->set_misses(cache.misses);
+    out->set_bytes(cache.bytes);
+  }
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;

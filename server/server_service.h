@@ -2,6 +2,7 @@
 #pragma once
 
 #include "halfshade/v1/server.grpc.pb.h"
+#include "server/gl_worker_pool.h"
 #include "server/render_service.h"
 #include "server/scene_cache.h"
 #include "server/store.h"
@@ -12,8 +13,8 @@ class ServerServiceImpl final : public v1::ServerService::CallbackService {
  public:
   // The pointers outlive the service.
   ServerServiceImpl(v1::GetServerInfoResponse info, const RenderPlant* plant, const Store* store,
-                    const SceneCache* cache)
-      : info_(std::move(info)), plant_(plant), store_(store), cache_(cache) {}
+                    const SceneCache* cache, const GlWorkerPool* workers)
+      : info_(std::move(info)), plant_(plant), store_(store), cache_(cache), workers_(workers) {}
 
   grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* context, const v1::GetServerInfoRequest* request,
                                           v1::GetServerInfoResponse* response) override;
@@ -25,6 +26,7 @@ class ServerServiceImpl final : public v1::ServerService::CallbackService {
   const RenderPlant* plant_;
   const Store* store_;
   const SceneCache* cache_;
+  const GlWorkerPool* workers_;
 };
 
 }  // namespace halfshade

@@ -86,7 +86,6 @@ absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
 // Fields that the wire has and this version does not.
 absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request) {
   if (request.has_animation()) return NotAvailable("animation", "a pose");
-  if (request.node_overrides_size() > 0) return NotAvailable("node_overrides", "changing nodes");
   if (request.has_fog()) return NotAvailable("fog", "fog");
   if (request.has_budget()) return NotAvailable("budget", "a budget");
   if (request.has_certify()) return NotAvailable("certify", "measuring the error");
@@ -132,6 +131,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   plain.width = int(OrDefault(request.width(), kDefaultWidth));
   plain.height = int(OrDefault(request.height(), kDefaultHeight));
   plain.seed = request.seed();
+  RETURN_IF_ERROR(CheckNodeOverrideFields(request));
   RETURN_IF_ERROR(CheckCameraFields(request.camera()));
   if (uint32_t(request.lights_size()) > limits.lights) {
     return FieldError("lights", std::to_string(request.lights_size()) + "; this server takes at most " +
@@ -150,6 +150,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   if (!v1::CacheMode_IsValid(request.cache())) {
     return FieldError("cache", std::to_string(request.cache()) + "; no such mode");
   }
+  if (request.cache() == v1::CACHE_MODE_REFRESH) plain.cache = CacheMode::kRefresh;
   const int lights = std::max(1, request.lights_size());
   uint64_t reply_bytes = 0;
   const auto add_output = [&](const CheckedOutput& output) {
@@ -181,9 +182,10 @@ absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request,
   ASSIGN_OR_RETURN(ValidatedRender result, CheckFields(request, limits));
   RenderRequest& plain = result.request;
   plain.scene_index = request.has_scene_index() ? request.scene_index() : scene.default_scene;
-  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, plain.scene_index));
+  ASSIGN_OR_RETURN(plain.node_overrides, ResolveNodeOverrides(request, scene));
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, plain.scene_index, plain.node_overrides));
   const double aspect = double(plain.width) / plain.height;
-  ASSIGN_OR_RETURN(plain.camera, ResolveCamera(request, scene, pose.bounds_ws, aspect));
+  ASSIGN_OR_RETURN(plain.camera, ResolveCamera(request, scene, plain.node_overrides, pose.bounds_ws, aspect));
   for (int i = 0; i < request.lights_size(); ++i) {
     ResolveLight(request.lights(i), plain.camera.target_ws, &plain.lights[size_t(i)]);
   }
@@ -212,6 +214,11 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   add_text(version);
   add_text(gl_renderer);
   add(request.scene_index, request.width, request.height, request.samples, request.seed);
+  add(request.node_overrides.size());
+  for (const NodeOverride& change : request.node_overrides) {
+    add(change.node, change.is_visible, change.casts, change.receives, change.local.has_value());
+    if (change.local) add(*change.local);
+  }
   const Camera& camera = request.camera;
   for (const glm::dvec3& v : {camera.eye_ws, camera.right_ws, camera.up_ws, camera.forward_ws, camera.target_ws}) {
     add_dvec3(v);

@@ -55,14 +55,15 @@ absl::StatusOr<Camera> LookAtCamera(const v1::LookAt& look_at) {
   return camera;
 }
 
-absl::StatusOr<Camera> SceneCameraOf(uint32_t index, const FlatScene& scene, const Box3d& bounds_ws) {
+absl::StatusOr<Camera> SceneCameraOf(uint32_t index, const FlatScene& scene, const std::vector<NodeOverride>& overrides,
+                                     const Box3d& bounds_ws) {
   if (index >= scene.cameras.size()) {
     return FieldError("camera.index",
                       std::to_string(index) + "; the scene has " + std::to_string(scene.cameras.size()));
   }
   for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
     if (scene.nodes[node].camera != int32_t(index)) continue;
-    const glm::dmat4 world_from_node = WorldFromNode(scene, node);
+    const glm::dmat4 world_from_node = WorldFromNode(scene, node, overrides);
     const glm::dvec3 eye(world_from_node[3]);
     const glm::dvec3 center = bounds_ws.IsEmpty() ? glm::dvec3(0) : bounds_ws.Center();
     auto camera = CameraFromNode(world_from_node, std::max(1e-6, glm::length(center - eye)));
@@ -87,11 +88,12 @@ absl::Status CheckCameraFields(const v1::Camera& camera) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const FlatScene& scene, const Box3d& bounds_ws,
+absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const FlatScene& scene,
+                                     const std::vector<NodeOverride>& overrides, const Box3d& bounds_ws,
                                      double aspect) {
   Camera camera;
   if (request.camera().has_index()) {
-    ASSIGN_OR_RETURN(camera, SceneCameraOf(request.camera().index(), scene, bounds_ws));
+    ASSIGN_OR_RETURN(camera, SceneCameraOf(request.camera().index(), scene, overrides, bounds_ws));
     if (!(camera.near_m > 0)) camera.near_m = SuitingNearPlane(bounds_ws, camera.eye_ws);
     return camera;
   }

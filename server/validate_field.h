@@ -5,6 +5,7 @@
 
 #include <glm/glm.hpp>
 #include <string>
+#include <vector>
 
 #include "halfshade/v1/render.pb.h"
 #include "renderer/request.h"
@@ -41,8 +42,13 @@ absl::StatusOr<glm::vec3> CheckRgb(const std::string& field, const v1::Rgb& valu
 
 absl::Status CheckCameraFields(const v1::Camera& camera);
 // near_m and far_m follow from the scene's bounds where the request has none.
-absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const FlatScene& scene, const Box3d& bounds_ws,
-                                     double aspect);
+absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const FlatScene& scene,
+                                     const std::vector<NodeOverride>& overrides, const Box3d& bounds_ws, double aspect);
+// What needs no scene: which node is meant is left to ResolveNodeOverrides.
+absl::Status CheckNodeOverrideFields(const v1::RenderRequest& request);
+// The nodes found; each may be named once.
+absl::StatusOr<std::vector<NodeOverride>> ResolveNodeOverrides(const v1::RenderRequest& request,
+                                                               const FlatScene& scene);
 absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLight& light);
 // What the camera's target decides. Edges below 1e-6 of the distance to it become 0, so that a rectangle becomes a line
 // or a point of the same power. Power that `asked` leaves out: a white surface at target_ws that faces the light

@@ -71,7 +71,7 @@ absl::StatusOr<AreaLight> CheckLight(const std::string& field, const v1::AreaLig
   result.height_m = LengthOf(v);
   const bool has_u = result.width_m > 0;
   const bool has_v = result.height_m > 0;
-  if (light.two_sided()) return NotAvailable(field + ".two_sided", "a two-sided light");
+  result.is_two_sided = light.two_sided();
   if (light.has_radiance()) {
     ASSIGN_OR_RETURN(result.radiance, CheckRgb(field + ".radiance", light.radiance()));
   }

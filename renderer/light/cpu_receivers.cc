@@ -14,11 +14,16 @@ constexpr int kPointsPerRow = 1024;
 
 }  // namespace
 
+bool CpuReceivers::IsReceiving(size_t index) const {
+  const glm::vec3 normal(planes[index]);
+  return planes[index] != glm::vec4(0) && glm::dot(normal, normal) < 2;  // kNotReceivingScale
+}
+
 CpuReceiver CpuReceivers::At(size_t index) const {
-  const glm::dvec4 plane(planes[index]);
   CpuReceiver receiver;
-  receiver.is_receiving = plane != glm::dvec4(0);
+  receiver.is_receiving = IsReceiving(index);
   if (!receiver.is_receiving) return receiver;
+  const glm::dvec4 plane(planes[index]);
   receiver.normal_ws = glm::dvec3(plane);
   receiver.offset_m = plane.w;
   if (ArePoints()) {
@@ -49,7 +54,7 @@ CpuReceivers MakePointReceivers(const std::vector<glm::vec3>& points_ws, const s
   for (size_t i = 0; i < points_ws.size(); ++i) {
     const glm::dvec3 point = glm::dvec3(points_ws[i]) - receivers.camera.eye_ws;
     receivers.points[i] = glm::vec4(glm::vec3(point), 0);
-    receivers.planes[i] = glm::vec4(0, 0, 0, -1);
+    receivers.planes[i] = glm::vec4(0, 0, 0, kNoHorizon);
     if (normals_ws.empty()) continue;
     const glm::dvec3 normal = glm::normalize(glm::dvec3(normals_ws[i]));
     receivers.planes[i] = glm::vec4(glm::dvec4(normal, glm::dot(normal, point)));

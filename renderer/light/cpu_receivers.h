@@ -9,12 +9,15 @@
 
 namespace halfshade {
 
-// One receiver. Without a horizon the normal is 0 and the offset -1: every point of a light is above.
+// Offset of a receiver that has no horizon and so no normal: every point of a light is above.
+inline constexpr float kNoHorizon = -1e30f;
+
+// One receiver.
 struct CpuReceiver {
   bool is_receiving = false;
   glm::dvec3 position_ws{0};
-  glm::dvec3 normal_ws{0};  // unit, on the side that gets light
-  double offset_m = -1;     // of the tangent plane from CpuReceivers::camera.eye_ws along the normal
+  glm::dvec3 normal_ws{0};       // unit, on the side that gets light; 0: no horizon
+  double offset_m = kNoHorizon;  // of the tangent plane from CpuReceivers::camera.eye_ws along the normal
 };
 
 struct CpuReceivers {
@@ -28,6 +31,7 @@ struct CpuReceivers {
 
   bool ArePoints() const { return !points.empty(); }
   size_t size() const { return planes.size(); }
+  bool IsReceiving(size_t index) const;
   // Pixels: the point of the plane that the pixel's centre sees, in double.
   CpuReceiver At(size_t index) const;
 };

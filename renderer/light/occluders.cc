@@ -47,7 +47,7 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
     }
   }
   const double floor = std::ldexp(largest_coordinate, -20);
-  double z_near = crosses_plane ? floor : std::max(floor, smallest_z * (1 - std::ldexp(1.0, -10)));
+  double z_near = crosses_plane ? floor : smallest_z * (1 - std::ldexp(1.0, -10));
   if (occluders.indices.empty()) z_near = 1;
   occluders.hull = OccluderHull(light.width_m / 2, light.height_m / 2, z_near);
   for (size_t i = 0; i < occluders.indices.size(); i += 3) {

@@ -12,8 +12,9 @@ namespace halfshade {
 // tangent plane of each in the frame of any light, to float precision of the distances to camera and light. Or points
 // that a caller names, with planes and positions. A method says which of both forms it reads (MethodNeeds).
 struct Receivers {
-  // [height][width] RGBA32F: geometric normal (world axes, turned to the camera), offset from the eye along it; a zero
-  // normal where nothing is drawn. Outlives this struct.
+  // [height][width] RGBA32F: geometric normal (world axes, turned to the camera), offset from the eye along it, both
+  // times kNotReceivingScale where what is drawn does not receive; a zero normal where nothing is drawn. Outlives this
+  // struct.
   const gl::Texture* planes = nullptr;
   Camera camera;
   int width = 0;
@@ -29,6 +30,9 @@ struct ReceiverTextures {
 absl::StatusOr<ReceiverTextures> UploadReceivers(const gl::Context& context, const CpuReceivers& receivers);
 // The form in memory of receivers that are pixels. Waits for the drawing.
 absl::StatusOr<CpuReceivers> ReadBackReceivers(const Receivers& pixels);
+// n.x = d and 2 n.x = 2 d are the same plane, exactly: the length of the normal is free to say that a surface does not
+// receive.
+inline constexpr float kNotReceivingScale = 2;
 
 // Texture unit of Receivers::planes in every program that includes common/receiver.glsl; others start above it.
 inline constexpr int kPlanesUnit = 0;

@@ -21,11 +21,12 @@ constexpr int kMapsUnit = kPlanesUnit + 1;
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<SampleMaps>> SampleMaps::Create(const DrawContext& draw,
-                                                               const OccludersOnContext* occluders,
+                                                               std::shared_ptr<const OccludersOnContext> occluders,
                                                                const AreaLight& light, std::vector<glm::dvec2> points,
                                                                int map_size, uint64_t max_bytes) {
   auto maps = std::make_unique<SampleMaps>();
-  maps->occluders_ = occluders;
+  maps->occluders_ = std::move(occluders);
+  maps->hull_ = maps->occluders_->hull();
   maps->light_ = light;
   maps->points_ = std::move(points);
   maps->map_size_ = map_size;
@@ -34,25 +35,37 @@ absl::StatusOr<std::unique_ptr<SampleMaps>> SampleMaps::Create(const DrawContext
   maps->layers_ = std::min(maps->point_count(), layers_that_fit);
   for (int side = 0; side < 5; ++side) {
     // The front batches come even without occluders: they count samples below the horizon.
-    if (side > 0 && !occluders->hull().ReachesSide(side)) continue;
+    if (side > 0 && !maps->hull_.ReachesSide(side)) continue;
+    const glm::dvec2 slope_per_texel = maps->SlopePerTexel(side);
     for (int first = 0; first < maps->point_count(); first += maps->layers_) {
       Batch& batch = maps->batches_.emplace_back();
       batch.side = side;
       batch.first_point = first;
       batch.point_count = std::min(maps->layers_, maps->point_count() - first);
+      batch.slope_per_texel = slope_per_texel;
     }
   }
-  if (map_bytes * maps->layers_ * maps->batches_.size() > max_bytes) return maps;
+  const uint64_t batch_bytes = map_bytes * maps->layers_;
+  uint64_t batches_kept = maps->batches_.size();
+  if (batch_bytes * batches_kept > max_bytes) {
+    batches_kept = (max_bytes - std::min(max_bytes, maps->occluders_->SizeBytes())) / batch_bytes;
+  }
   for (Batch& batch : maps->batches_) {
+    if (batches_kept == 0) {
+      maps->maps_left_out_ += batch.point_count;
+      continue;
+    }
+    --batches_kept;
     ASSIGN_OR_RETURN(batch.maps, maps->MakeLayers(draw));
     RETURN_IF_ERROR(maps->DrawBatch(draw, batch, batch.maps));
     maps->maps_kept_ += batch.point_count;
   }
+  if (maps->maps_left_out_ == 0) maps->occluders_ = nullptr;
   return maps;
 }
 
 uint64_t SampleMaps::SizeBytes() const {
-  uint64_t bytes = points_.size() * sizeof(glm::dvec2);
+  uint64_t bytes = points_.size() * sizeof(glm::dvec2) + (occluders_ == nullptr ? 0 : occluders_->SizeBytes());
   for (const Batch& batch : batches_) bytes += batch.maps.SizeBytes();
   return bytes;
 }
@@ -61,14 +74,36 @@ absl::StatusOr<gl::Texture> SampleMaps::MakeLayers(const DrawContext& draw) cons
   return gl::Texture::Create2DArray(*draw.context, GL_DEPTH_COMPONENT32F, map_size_, map_size_, layers_);
 }
 
-glm::dvec4 SampleMaps::PaddedWindow(int side, const glm::dvec2& point) const {
-  Window window = side == 0 ? occluders_->hull().FrontWindow(point) : Window{-1, 0, 1, 1 / kSideWindowSlope};
-  if (window.IsEmpty()) window = {0, 0, 0, 0};
-  // Occluders seen edge-on have no extent of their own.
-  const double least = std::ldexp(std::max({1.0, std::abs(window.u0), std::abs(window.v0)}), -20);
-  const double texel_u = std::max(window.u1 - window.u0, least) / (map_size_ - 2);
-  const double texel_v = std::max(window.v1 - window.v0, least) / (map_size_ - 2);
-  return {window.u0 - texel_u, window.v0 - texel_v, 1 / texel_u, 1 / texel_v};
+Window SampleMaps::WindowOf(int side, const glm::dvec2& point) const {
+  if (side > 0) return {-1, 0, 1, 1 / kSideWindowSlope};
+  const Window window = hull_.FrontWindow(point);
+  return window.IsEmpty() ? Window{0, 0, 0, 0} : window;
+}
+
+glm::dvec2 SampleMaps::SlopePerTexel(int side) const {
+  glm::dvec2 extent(0);
+  for (const glm::dvec2& point : points_) {
+    const Window window = WindowOf(side, point);
+    // Occluders seen edge-on have no extent of their own.
+    const double least = std::ldexp(std::max({1.0, std::abs(window.u0), std::abs(window.v0)}), -20);
+    extent =
+        glm::max(extent, glm::dvec2(std::max(window.u1 - window.u0, least), std::max(window.v1 - window.v0, least)));
+  }
+  return extent / double(map_size_ - 2);
+}
+
+absl::Status SampleMaps::DrawLayer(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
+                                   int layer) const {
+  const GladGLContext& gl = draw.context->gl();
+  ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::CreateDepthLayer(*draw.context, maps, layer));
+  framebuffer.Bind();
+  gl.Viewport(0, 0, map_size_, map_size_);
+  const float empty = 0;
+  gl.ClearBufferfv(GL_DEPTH, 0, &empty);
+  const glm::dvec2& point = points_[batch.first_point + layer];
+  const Window window = WindowOf(batch.side, point);
+  const glm::dvec2 corner = glm::dvec2(window.u0, window.v0) - batch.slope_per_texel;
+  return occluders_->DrawDepth(draw, batch.side, point, glm::dvec4(corner, 1.0 / batch.slope_per_texel), map_size_);
 }
 
 absl::Status SampleMaps::DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const {
@@ -78,42 +113,42 @@ absl::Status SampleMaps::DrawBatch(const DrawContext& draw, const Batch& batch, 
   gl.DepthMask(GL_TRUE);
   gl.Disable(GL_CULL_FACE);
   gl.Disable(GL_BLEND);
-  for (int layer = 0; layer < batch.point_count; ++layer) {
-    ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::CreateDepthLayer(*draw.context, maps, layer));
-    framebuffer.Bind();
-    gl.Viewport(0, 0, map_size_, map_size_);
-    const float empty = 0;
-    gl.ClearBufferfv(GL_DEPTH, 0, &empty);
-    const glm::dvec2& point = points_[batch.first_point + layer];
-    RETURN_IF_ERROR(occluders_->DrawDepth(draw, batch.side, point, PaddedWindow(batch.side, point), map_size_));
-  }
+  gl.Enable(GL_DEPTH_CLAMP);  // what is nearer than z_near occludes too, as if it stood there
+  absl::Status status;
+  for (int layer = 0; layer < batch.point_count && status.ok(); ++layer) status = DrawLayer(draw, batch, maps, layer);
+  gl.Disable(GL_DEPTH_CLAMP);  // no other pass expects it, whatever stopped this one
+  RETURN_IF_ERROR(status);
   return draw.context->Check("light/depth");
 }
 
 absl::Status SampleMaps::ResolveBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
                                       const Receivers& receivers) const {
+  const bool shares_half_space = hull_.NeedsSideWindows();
   ASSIGN_OR_RETURN(gl::Program * program,
-                   draw.programs->Get("common/fullscreen.vert", "light/resolve_sample_maps.frag"));
+                   draw.programs->Get(
+                       "common/fullscreen.vert", "light/resolve_sample_maps.frag",
+                       shares_half_space ? std::vector<std::string>{"SHARES_HALF_SPACE"} : std::vector<std::string>{}));
   program->Use();
   SetReceivers(*program, receivers, light_);
   maps.Bind(kMapsUnit);
-  const glm::dmat3 map_from_light = MapFromLight(batch.side);
-  std::vector<glm::vec4> samples, windows;
+  std::vector<glm::vec4> samples;
   for (int layer = 0; layer < batch.point_count; ++layer) {
     const glm::dvec2& point = points_[batch.first_point + layer];
-    const bool has_map = !occluders_->hull().IsEmpty();
-    samples.emplace_back(glm::vec3(map_from_light * glm::dvec3(point, 0)), has_map ? float(layer) : -1.0f);
-    windows.emplace_back(PaddedWindow(batch.side, point));
+    const Window window = WindowOf(batch.side, point);
+    // The border's texel is the first; its centre is half of one before the window.
+    samples.emplace_back(glm::dvec4(point, glm::dvec2(window.u0, window.v0) - 0.5 * batch.slope_per_texel));
   }
   program->Set("maps", kMapsUnit);
   program->Set("sample_count", batch.point_count);
   program->Set("samples", samples);
-  program->Set("windows", windows);
-  program->Set("z_near", float(occluders_->hull().z_near()));
+  program->Set("slope_per_texel", glm::vec2(batch.slope_per_texel));
+  program->Set("z_near", float(hull_.z_near()));
   program->Set("map_size", float(map_size_));
-  program->Set("map_from_light", glm::mat3(map_from_light));
-  program->Set("side", batch.side);
-  program->Set("front_slope", float(occluders_->hull().FrontSlope()));
+  if (shares_half_space) {
+    program->Set("map_from_light", glm::mat3(MapFromLight(batch.side)));
+    program->Set("side", batch.side);
+    program->Set("front_slope", float(hull_.FrontSlope()));
+  }
   return DrawFullscreen(draw, receivers.width, receivers.height,
                         kResolveNanosecondsPerPixel + kResolveNanosecondsPerSample * batch.point_count);
 }

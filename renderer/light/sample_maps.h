@@ -26,12 +26,12 @@ namespace halfshade {
 
 class SampleMaps : public LightData {
  public:
-  // Draws the maps (map_size texels a side) if all fit max_bytes; else keeps the recipe and draws them, a batch at a
-  // time, in every Resolve: the same pixels. `points` in the light's frame.
+  // Draws the maps (map_size texels a side). Where not all fit max_bytes, it keeps the occluders and as many batches of
+  // maps as fit beside them; the rest are drawn in every resolve: the same pixels. `points` in the light's frame.
   static absl::StatusOr<std::unique_ptr<SampleMaps>> Create(const DrawContext& draw,
-                                                            const OccludersOnContext* occluders, const AreaLight& light,
-                                                            std::vector<glm::dvec2> points, int map_size,
-                                                            uint64_t max_bytes);
+                                                            std::shared_ptr<const OccludersOnContext> occluders,
+                                                            const AreaLight& light, std::vector<glm::dvec2> points,
+                                                            int map_size, uint64_t max_bytes);
 
   // R32F [height][width]: how many points are hidden from each receiver, those at or below its tangent plane included.
   absl::StatusOr<gl::Texture> CountHidden(const DrawContext& draw, const Receivers& receivers) const;
@@ -39,6 +39,7 @@ class SampleMaps : public LightData {
   int point_count() const { return int(points_.size()); }
   uint64_t SizeBytes() const override;
   uint64_t MapsDrawn() const override { return maps_kept_; }
+  uint64_t MapsRedrawn() const override { return maps_left_out_; }
 
  private:
   // Maps of one side, drawn into the layers of one texture and resolved by one pass.
@@ -46,22 +47,27 @@ class SampleMaps : public LightData {
     int side = 0;
     int first_point = 0;
     int point_count = 0;
-    gl::Texture maps;  // empty in a recipe
+    glm::dvec2 slope_per_texel{0};
+    gl::Texture maps;  // empty where it did not fit
   };
+  absl::Status DrawLayer(const DrawContext& draw, const Batch& batch, const gl::Texture& maps, int layer) const;
   absl::Status DrawBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps) const;
   absl::Status ResolveBatch(const DrawContext& draw, const Batch& batch, const gl::Texture& maps,
                             const Receivers& receivers) const;
-  // The window of a point's map with a border of one empty texel, as u0, v0, texels per slope along u and v.
-  glm::dvec4 PaddedWindow(int side, const glm::dvec2& point) const;
+  // What a point's map covers inside its border of one empty texel.
+  Window WindowOf(int side, const glm::dvec2& point) const;
+  // One size of texel for all maps of a side: the least in which every point's window fits.
+  glm::dvec2 SlopePerTexel(int side) const;
   absl::StatusOr<gl::Texture> MakeLayers(const DrawContext& draw) const;
 
-  const OccludersOnContext* occluders_ = nullptr;
+  std::shared_ptr<const OccludersOnContext> occluders_;  // null where all maps are kept
+  OccluderHull hull_{0, 0, 1};
   AreaLight light_;
   std::vector<glm::dvec2> points_;
   int map_size_ = 0;
   int layers_ = 0;
   std::vector<Batch> batches_;
-  uint64_t maps_kept_ = 0;
+  uint64_t maps_kept_ = 0, maps_left_out_ = 0;
 };
 
 }  // namespace halfshade

@@ -5,6 +5,7 @@
 namespace halfshade {
 
 std::vector<glm::dvec2> SobolLightPoints(const AreaLight& light, int k, uint32_t seed) {
+  if (light.width_m == 0 && light.height_m == 0) return {glm::dvec2(0)};
   std::vector<glm::dvec2> points;
   points.reserve(k);
   for (int i = 0; i < k; ++i) {

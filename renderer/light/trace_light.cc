@@ -133,7 +133,7 @@ class LightTracer {
         for (int y = top; y < std::min(top + kTile, receivers_.height); ++y) {
           for (int x = left; x < std::min(left + tile_width, receivers_.width); ++x) {
             const uint32_t index = uint32_t(y) * receivers_.width + x;
-            if (receivers_.planes[index] != glm::vec4(0)) order.push_back(index);
+            if (receivers_.IsReceiving(index)) order.push_back(index);
           }
         }
       }
@@ -228,7 +228,7 @@ class LightTracer {
 
   float HiddenShare(size_t index) const {
     const Tally& tally = tallies_[index];
-    if (receivers_.planes[index] == glm::vec4(0)) return 0;
+    if (!receivers_.IsReceiving(index)) return 0;
     if (tally.above == 0) return 1;
     return 1 - tally.share * (float(tally.visible) / float(tally.above));
   }

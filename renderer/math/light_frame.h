@@ -14,6 +14,9 @@ struct LightFrame {
 
 LightFrame MakeLightFrame(const AreaLight& light);
 
+// The light that shines from the other side of this one: turned about its v axis by half a turn.
+AreaLight OtherSide(const AreaLight& light);
+
 // The subtraction comes first: what is left has the precision of the distance, not of the world.
 glm::dvec3 PointToLight(const LightFrame& frame, const glm::dvec3& point_ws);
 

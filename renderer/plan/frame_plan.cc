@@ -45,14 +45,12 @@ bool HasNoPower(const AreaLight& light) {
 }
 
 bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers) {
-  if (light.is_two_sided) return false;
   const LightFrame frame = MakeLightFrame(light);
   return std::all_of(receivers.begin(), receivers.end(),
                      [&](const Box3d& box) { return InLightFrame(frame, box).max.z <= 0; });
 }
 
 bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers) {
-  if (light.is_two_sided) return false;
   const LightFrame frame = MakeLightFrame(light);
   const glm::dvec2 half(light.width_m / 2, light.height_m / 2);
   Box3d all_receivers;
@@ -104,15 +102,14 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   const bool wants_visibility = Wants(request, OutputKind::kVisibility);
   plan.needs_shading = Wants(request, OutputKind::kFrame);
   plan.needs_textures = plan.needs_shading;
-  plan.lights.resize(request.lights.size());
 
   std::vector<Box3d> occluders, receivers, visible;
   for (const Instance& instance : pose.instances) {
     const Box3d box = WorldBox(scene, instance);
     if (box.IsEmpty()) continue;
     if (instance.casts) occluders.push_back(box);
-    if (instance.receives) receivers.push_back(box);
     if (instance.is_visible) visible.push_back(box);
+    if (instance.is_visible && instance.receives) receivers.push_back(box);
   }
   if (request.ground) {
     Box3d ground;
@@ -121,22 +118,38 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
     visible.push_back(ground);
   }
 
-  if (SeesNone(request.camera, double(request.width) / request.height, visible)) {
+  const double aspect = double(request.width) / request.height;
+  if (SeesNone(request.camera, aspect, visible)) {
     plan.draws_gbuffer = false;
     plan.gbuffer_reason = "nothing is in view";
   }
-  for (size_t i = 0; i < request.lights.size(); ++i) {
+  const bool sees_receiver = !SeesNone(request.camera, aspect, receivers);
+  for (uint32_t i = 0; i < request.lights.size(); ++i) {
     const AreaLight& light = request.lights[i];
-    LightPlan& light_plan = plan.lights[i];
-    const std::string name = "lights[" + std::to_string(i) + "]: ";
-    if (HasNoPower(light) && !wants_visibility) {
-      light_plan = {LightOutcome::kSkipped, name + "emits nothing, and visibility is not asked"};
-    } else if (!plan.draws_gbuffer) {
-      light_plan = {LightOutcome::kNoMapNeeded, name + "no receiver is in view"};
-    } else if (FacesAway(light, receivers)) {
-      light_plan = {LightOutcome::kNoMapNeeded, name + "faces away from every receiver"};
-    } else if (HasNoOccluder(light, occluders, receivers)) {
-      light_plan = {LightOutcome::kNoMapNeeded, name + "no occluder between it and the receivers"};
+    for (const bool is_back : {false, true}) {
+      if (is_back && !light.is_two_sided) continue;
+      LightPlan side;
+      side.index = i;
+      side.is_back = is_back;
+      side.light = is_back ? OtherSide(light) : light;
+      side.light.is_two_sided = false;
+      const std::string name = "lights[" + std::to_string(i) + (is_back ? "], back: " : "]: ");
+      const auto decide = [&](LightOutcome outcome, const char* reason) {
+        side.outcome = outcome;
+        side.reason = name + reason;
+      };
+      if (HasNoPower(light) && !wants_visibility) {
+        decide(LightOutcome::kSkipped, "emits nothing, and visibility is not asked");
+      } else if (!sees_receiver) {
+        decide(is_back ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "no receiver is in view");
+      } else if (FacesAway(side.light, receivers)) {
+        // Where the other side lights something, this one has nothing to add. The front stays if neither does.
+        const bool is_spare = light.is_two_sided && (is_back || !FacesAway(OtherSide(side.light), receivers));
+        decide(is_spare ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "faces away from every receiver");
+      } else if (HasNoOccluder(side.light, occluders, receivers)) {
+        decide(LightOutcome::kNoMapNeeded, "no occluder between it and the receivers");
+      }
+      plan.lights.push_back(side);
     }
   }
   return plan;

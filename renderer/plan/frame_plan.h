@@ -18,7 +18,12 @@ enum class LightOutcome {
   kSkipped,      // nobody asks for this light
 };
 
+// One side of a light of the request. A two-sided light is two one-sided ones, back to back: a receiver stands in front
+// of one of them at most, and the other's visibility is 0 there, so that the larger of both is the light's.
 struct LightPlan {
+  uint32_t index = 0;  // into RenderRequest::lights
+  bool is_back = false;
+  AreaLight light;  // of this side; never two-sided
   LightOutcome outcome = LightOutcome::kCompute;
   std::string reason;  // of anything but kCompute, naming the light
 };
@@ -28,19 +33,19 @@ struct FramePlan {
   std::string gbuffer_reason;  // why not
   bool needs_shading = true;   // some output shows colours
   bool needs_textures = true;
-  std::vector<LightPlan> lights;
+  std::vector<LightPlan> lights;  // in the request's order, the front of a two-sided light before its back
 };
 
 FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderRequest& request);
 
-// The predicates, each with the reason that the report gives.
+// The predicates, each with the reason that the report gives. They take one side of a light.
 
 // The light emits nothing: radiance zero (rectangle), intensity zero (line, point).
 bool HasNoPower(const AreaLight& light);
-// Every receiver's box stands at or behind the plane of a one-sided light: nothing is lit, whatever occludes.
+// Every receiver's box stands at or behind the light's plane: nothing is lit, whatever occludes.
 bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers);
 // No casting box reaches into the hull of the light and the receivers' boxes, tested by the separating planes of boxes
-// and hull along the light's axes: false when in doubt, and for a two-sided light.
+// and hull along the light's axes: false when in doubt.
 bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers);
 // No box reaches into the camera's view.
 bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& boxes);

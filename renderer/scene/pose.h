@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "renderer/request.h"
 #include "renderer/scene/flat_scene.h"
 
 namespace halfshade {
@@ -17,19 +18,21 @@ struct Instance {
   uint32_t mesh = 0;
   glm::dmat4 world_from_mesh{1};  // takes Mesh-relative positions (the mesh's origin is folded in)
   bool is_visible = true;         // drawn for the camera
-  bool casts = true;
+  bool casts = true;              // whether drawn or not
   bool receives = true;
 };
 
 struct Pose {
-  std::vector<Instance> instances;
-  Box3d bounds_ws;  // of all instances' vertices (exact), empty for an empty scene
+  std::vector<Instance> instances;  // those that are drawn or cast
+  Box3d bounds_ws;                  // of the vertices of what is drawn (exact), empty if that is nothing
 };
 
-// The pose of one glTF scene. INVALID_ARGUMENT when scene_index is out of range ("scene_index: 3; the scene has 1").
-absl::StatusOr<Pose> BuildPose(const FlatScene& scene, uint32_t scene_index);
+// The pose of one glTF scene, with changes (RenderRequest::node_overrides) to nodes in range, each to another one.
+// INVALID_ARGUMENT when scene_index is out of range ("scene_index: 3; the scene has 1").
+absl::StatusOr<Pose> BuildPose(const FlatScene& scene, uint32_t scene_index,
+                               const std::vector<NodeOverride>& overrides = {});
 
 // World transform of a node: the product of its ancestors' local matrices and its own.
-glm::dmat4 WorldFromNode(const FlatScene& scene, uint32_t node);
+glm::dmat4 WorldFromNode(const FlatScene& scene, uint32_t node, const std::vector<NodeOverride>& overrides = {});
 
 }  // namespace halfshade

@@ -47,8 +47,8 @@ absl::StatusOr<std::unique_ptr<SceneOnContext>> SceneOnContext::Create(const Dra
   ASSIGN_OR_RETURN(result->triangle_planes_, gl::Buffer::Create(context, TrianglePlanes(scene)));
   result->vertex_array_.SetFloats(0, 3, result->positions_.id());
   context.gl().VertexArrayElementBuffer(result->vertex_array_.id(), result->indices_.id());
-  result->size_bytes_ = scene.positions.size() * sizeof(glm::vec3) + scene.indices.size() * sizeof(uint32_t) +
-                        scene.indices.size() / 3 * sizeof(glm::vec4);
+  result->geometry_bytes_ = scene.positions.size() * sizeof(glm::vec3) + scene.indices.size() * sizeof(uint32_t) +
+                            scene.indices.size() / 3 * sizeof(glm::vec4);
   RETURN_IF_ERROR(context.Check("scene/upload"));
   return result;
 }
@@ -62,7 +62,7 @@ absl::Status SceneOnContext::NeedMaterials(const DrawContext& draw, const FlatSc
   ASSIGN_OR_RETURN(texcoords_, gl::Buffer::Create(context, scene.texcoords));
   vertex_array_.SetFloats(1, 3, normals_.id());
   vertex_array_.SetFloats(2, 2, texcoords_.id());
-  size_bytes_ += scene.normals.size() * sizeof(glm::vec3) + scene.texcoords.size() * sizeof(glm::vec2);
+  attribute_bytes_ = scene.normals.size() * sizeof(glm::vec3) + scene.texcoords.size() * sizeof(glm::vec2);
 
   std::vector<bool> is_used(scene.textures.size(), false);
   texture_of_material_.assign(scene.materials.size(), -1);
@@ -84,10 +84,15 @@ absl::Status SceneOnContext::NeedMaterials(const DrawContext& draw, const FlatSc
     gl.TextureParameteri(id, GL_TEXTURE_WRAP_T, GLint(WrapMode(texture.wrap_t)));
     gl.TextureParameteri(id, GL_TEXTURE_MIN_FILTER, texture.is_nearest ? GL_NEAREST : GL_LINEAR_MIPMAP_LINEAR);
     gl.TextureParameteri(id, GL_TEXTURE_MAG_FILTER, texture.is_nearest ? GL_NEAREST : GL_LINEAR);
-    size_bytes_ += textures_[i].SizeBytes();
   }
   has_materials_ = true;
   return context.Check("scene/materials");
+}
+
+uint64_t SceneOnContext::SizeBytes() const {
+  uint64_t bytes = geometry_bytes_ + attribute_bytes_;
+  for (const gl::Texture& texture : textures_) bytes += texture.SizeBytes();
+  return bytes;
 }
 
 const gl::Texture* SceneOnContext::base_color_texture(uint32_t material) const {

@@ -32,7 +32,7 @@ class SceneOnContext {
   // Null where the material has none. Valid after NeedMaterials.
   const gl::Texture* base_color_texture(uint32_t material) const;
 
-  uint64_t SizeBytes() const { return size_bytes_; }
+  uint64_t SizeBytes() const;  // grows with NeedMaterials
 
  private:
   SceneOnContext() = default;
@@ -41,7 +41,7 @@ class SceneOnContext {
   std::vector<gl::Texture> textures_;         // one per FlatScene::textures, empty where not used
   std::vector<int32_t> texture_of_material_;  // -1: none
   bool has_materials_ = false;
-  uint64_t size_bytes_ = 0;
+  uint64_t geometry_bytes_ = 0, attribute_bytes_ = 0;
 };
 
 }  // namespace halfshade

@@ -28,6 +28,7 @@ struct Drawable {
   glm::vec4 base_color{1};
   const gl::Texture* texture = nullptr;
   bool is_double_sided = false;
+  bool receives = true;
   uint32_t first_triangle = 0;
   uint32_t triangle_count = 0;
   uint32_t base_vertex = 0;
@@ -56,6 +57,7 @@ class GBufferPass {
     program_->Set("clip_from_mesh", glm::mat4(flipped_clip_from_camera_ * drawable.camera_from_mesh));
     program_->Set("camera_from_mesh", glm::mat4(drawable.camera_from_mesh));
     program_->Set("normal_from_mesh", glm::mat3(glm::transpose(glm::inverse(linear))));
+    program_->Set("plane_scale", drawable.receives ? 1.0f : kNotReceivingScale);
     program_->Set("base_color", drawable.base_color);
     program_->Set("has_texture", int(drawable.texture != nullptr));
     if (drawable.texture != nullptr) drawable.texture->Bind(kBaseColorUnit);
@@ -167,6 +169,7 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
     drawable.base_color = material.base_color;
     drawable.texture = with_materials ? on_context.base_color_texture(mesh.material) : nullptr;
     drawable.is_double_sided = material.is_double_sided;
+    drawable.receives = instance.receives;
     drawable.first_triangle = mesh.first_index / 3;
     drawable.triangle_count = mesh.TriangleCount();
     drawable.base_vertex = mesh.first_vertex;

@@ -12,7 +12,7 @@
 namespace halfshade {
 
 // RG32F [height][width]: v = min(clamp(1 - sum/full), share), and the share of the light's area above the receiver's
-// plane (0: it faces away or stands behind the light; -1: nothing is drawn there, v = 1).
+// plane (0: it faces away or stands behind the light; -1: nothing is drawn there, or it does not receive: v = 1).
 // `occlusion` null: nothing hides the light, v is the share.
 absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const OcclusionSum* occlusion,
                                              const Receivers& receivers, const AreaLight& light);

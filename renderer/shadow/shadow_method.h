@@ -37,11 +37,12 @@ struct MethodNeeds {
 };
 
 struct LightInputs {
-  const OccludersOnContext* occluders = nullptr;  // outlives the light data; null unless needed
-  std::shared_ptr<const RayScene> ray_scene;      // null unless needed
-  AreaLight light;
+  std::shared_ptr<const OccludersOnContext> occluders;  // null unless needed
+  std::shared_ptr<const RayScene> ray_scene;            // null unless needed
+  AreaLight light;                                      // one-sided
   uint32_t seed = 0;
-  uint64_t max_light_data_bytes = 0;  // over it a method keeps the recipe and draws again at every resolve
+  // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
+  uint64_t max_light_data_bytes = 0;
 };
 
 // What a method returns before the door: occlusion as a sum. Hidden fraction of the light = sum / full_sum.
@@ -57,6 +58,12 @@ class ShadowMethod {
   virtual MethodNeeds Needs(const MethodOptions& options, const SceneFacts& facts) const = 0;
   virtual absl::StatusOr<std::unique_ptr<LightData>> BuildLightData(const DrawContext& draw, const LightInputs& inputs,
                                                                     const MethodOptions& options) const = 0;
+  // The options that light data depends on, for its key. Unless overridden, all.
+  virtual std::string LightDataOptions(const MethodOptions& options) const {
+    std::string text;
+    for (const auto& [name, value] : DescribeOptions(options)) text += name + "=" + value + " ";
+    return text;
+  }
   virtual absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                         const Receivers& receivers,
                                                         const MethodOptions& options) const = 0;

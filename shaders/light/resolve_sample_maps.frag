@@ -1,54 +1,88 @@
 // How many of a batch of light samples a receiver cannot see: one depth map per sample, nearest texel.
 //
-// A texel hides its sample from the receiver only if it is nearer than the receiver and above the receiver's tangent
-// plane, evaluated at the texel's centre: geometry, not a tuned bias. What is added to the plane is 4 ulps of w, a thousandth
-// of w's change over a texel (rasterisers place w that well), and the plane's own error in floats. A sample at or below the tangent plane is hidden.
+// A texel hides its sample from the receiver only if what it shows is nearer than the receiver and above the receiver's
+// tangent plane. Geometry, not a tuned bias:
+// - Above: at the texel's centre, by more than 4 ulps of w, a thousandth of w's change over a texel (rasterisers place w
+//   that well) and the plane's own error in floats.
+// - Nearer: where the receiver stands in the texel, not at its centre. The surface is carried there by its slope, known
+//   from the neighbours away from the receiver, where it falls off toward the receiver: else every slightly concave crease
+//   would shadow itself in texels whose centre lies beyond it.
+// A sample at or below the tangent plane is hidden.
 #include "common/receiver.glsl"
 
 layout(location = 0) out float hidden_samples;
 
 const int kMaxBatch = 64;
+const float kUlp = 1.1920929e-7;
+const float kSteepest = 8.0;  // slopes against the light's plane that are carried on; steeper ones are silhouettes
+
 uniform sampler2DArray maps;
 uniform int sample_count;
-uniform vec4 samples[kMaxBatch];  // xyz: the light's point in the map's axes; w: layer, or -1 where no occluder is
-uniform vec4 windows[kMaxBatch];  // u0, v0, texels per slope along u and v
+uniform vec4 samples[kMaxBatch];  // xy: the light's point; zw: centre of the map's first texel, in slopes
+uniform vec2 slope_per_texel;
 uniform float z_near;
 uniform float map_size;
+#ifdef SHARES_HALF_SPACE
+// Five maps a sample share the half space in front of it: every direction belongs to exactly one.
 uniform mat3 map_from_light;
-uniform int side;                 // 0: front; 1, 2: +-x; 3, 4: +-y
-uniform float front_slope;        // the front map's directions are |x|, |y| <= front_slope z
+uniform int side;           // 0: front; 1, 2: +-x; 3, 4: +-y
+uniform float front_slope;  // the front map's directions are |x|, |y| <= front_slope z
 
-// Every direction into the half space belongs to exactly one side.
-bool IsInSector(vec3 q, int map_side) {
-  if (map_side == 0) return max(abs(q.x), abs(q.y)) <= front_slope * q.z;
+bool IsInSector(vec3 q) {
+  if (side == 0) return max(abs(q.x), abs(q.y)) <= front_slope * q.z;
   // Side maps: x across, y the light's z, z the viewing direction.
-  return q.z > front_slope * q.y && (map_side <= 2 ? abs(q.x) <= q.z : abs(q.x) < q.z);
+  return q.z > front_slope * q.y && (side <= 2 ? abs(q.x) <= q.z : abs(q.x) < q.z);
 }
+#endif
 
 void main() {
   Receiver receiver = FetchReceiver(gl_FragCoord.xy);
+#ifdef SHARES_HALF_SPACE
   vec3 position = map_from_light * receiver.position;
   vec3 normal = map_from_light * receiver.normal;
+#else
+  vec3 position = receiver.position;
+  vec3 normal = receiver.normal;
+  float receiver_w = 1.0 / position.z;
+#endif
+  vec2 texels_per_slope = 1.0 / slope_per_texel;
+  float slack = 1e-3 * dot(abs(normal.xy), slope_per_texel);
   float hidden = 0.0;
   for (int i = 0; i < sample_count; ++i) {
-    vec3 s = samples[i].xyz;
+    vec4 light_sample = samples[i];
+#ifdef SHARES_HALF_SPACE
+    vec3 s = map_from_light * vec3(light_sample.xy, 0.0);
     vec3 q = position - s;
-    float offset = receiver.offset - dot(normal, s);  // normal . (x - s) = offset on the tangent plane
-    bool is_above_horizon = offset < 0.0;
-    vec4 window = windows[i];
-    vec2 texel = (q.xy / q.z - window.xy) * window.zw;
-    bool is_inside = IsInSector(q, side) && all(greaterThanEqual(texel, vec2(0.0))) &&
-                     all(lessThan(texel, vec2(map_size))) && samples[i].w >= 0.0;
-    vec2 cell = clamp(floor(texel), vec2(0.0), vec2(map_size - 1.0));
-    float occluder_w = texelFetch(maps, ivec3(ivec2(cell), int(max(samples[i].w, 0.0))), 0).r / z_near;
-    vec2 center = window.xy + (cell + 0.5) / window.zw;
-    float plane_w = (dot(normal.xy, center) + normal.z) / offset;
-    float plane_w_per_texel = dot(abs(normal.xy), 1.0 / window.zw) / abs(offset);
-    float tolerance = 4.0 * 1.1920929e-7 * occluder_w + 1e-3 * plane_w_per_texel +
-                      abs(plane_w * receiver.error / offset);
-    bool is_occluded = is_inside && occluder_w > 1.0 / q.z && occluder_w > plane_w + tolerance;
+    float receiver_w = 1.0 / q.z;
+    bool is_in_map = IsInSector(q);
     bool counts_horizon = side == 0;  // once a sample
-    hidden += is_above_horizon ? float(is_occluded) : float(counts_horizon);
+#else
+    // One map holds every occluder inside a border of empty texels: what lies outside is clamped to it.
+    vec3 s = vec3(light_sample.xy, 0.0);
+    vec3 q = position - s;
+    const bool is_in_map = true;
+    const bool counts_horizon = true;
+#endif
+    vec2 texel = (q.xy * receiver_w - light_sample.zw) * texels_per_slope + 0.5;
+    vec2 cell = clamp(floor(texel), 0.0, map_size - 1.0);
+    vec2 from_center = texel - 0.5 - cell;
+    // One gather at the corner that the texel shares with its neighbours away from the receiver.
+    bvec2 is_before = lessThan(from_center, vec2(0.0));
+    vec4 quad = textureGather(maps, vec3((cell + vec2(is_before)) / map_size, float(i)));
+    vec2 own_row = is_before.y ? quad.wz : quad.xy;
+    vec2 other_row = is_before.y ? quad.xy : quad.wz;
+    float depth = is_before.x ? own_row.x : own_row.y;  // w z_near
+    vec2 away = is_before.x ? vec2(own_row.y, other_row.x) : vec2(own_row.x, other_row.y);
+    vec2 fall = min(away - depth, kSteepest * depth * slope_per_texel);
+    float depth_here = depth - dot(max(fall, 0.0), abs(from_center));
+    bool is_nearer = depth_here > z_near * receiver_w;
+    // normal . (x - s) = -height on the tangent plane, so its w toward (u, v) is -(normal . (u, v, 1)) / height.
+    float height = dot(normal, s) - receiver.offset;
+    float occluder_w = depth / z_near;
+    float above = occluder_w * (height * (1.0 - 4.0 * kUlp) - receiver.error) +
+                  dot(normal.xy, light_sample.zw + cell * slope_per_texel) + normal.z;
+    bool is_occluded = is_in_map && is_nearer && above > slack;
+    hidden += height > 0.0 ? float(is_occluded) : float(counts_horizon);
   }
   hidden_samples = receiver.is_drawn ? hidden : 0.0;
 }

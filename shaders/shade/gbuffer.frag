@@ -8,6 +8,7 @@ uniform mat3 normal_from_mesh;  // inverse transpose
 uniform int first_triangle;
 uniform bool is_orthographic;
 uniform vec3 forward;
+uniform float plane_scale;  // 2 for what does not receive (common/receiver.glsl), else 1
 
 layout(location = 0) out vec4 receiver_plane;
 #ifdef HAS_MATERIAL
@@ -30,7 +31,7 @@ void main() {
     normal = -normal;
     offset = -offset;
   }
-  receiver_plane = vec4(normal, offset);
+  receiver_plane = vec4(normal, offset) * plane_scale;
 #ifdef HAS_MATERIAL
   // glTF: without a normal the geometric one shades; seen from behind, the normal turns round.
   float len = length(shading_normal);

@@ -77,6 +77,59 @@ TEST(GlWorkerTest, RunsEveryJobOnceAcrossWorkers) {
   EXPECT_EQ(runs, 500);
 }
 
+// Remembers what it is told to forget.
+class ForgetfulRenderer : public Renderer {
+ public:
+  explicit ForgetfulRenderer(std::atomic<int>* forgotten) : forgotten_(forgotten) {}
+  absl::StatusOr<RenderResult> Render(const std::string&, const FlatScene&, const RenderRequest&,
+                                      const StopCheck&) override {
+    return RenderResult();
+  }
+  void ForgetScene(const std::string& name) override {
+    EXPECT_EQ(name, "scenes/a");
+    ++*forgotten_;
+  }
+  std::vector<CacheReport> Caches() const override { return {{"light_data", 1, 2, uint64_t(*forgotten_)}}; }
+
+ private:
+  std::atomic<int>* forgotten_;
+};
+
+TEST(GlWorkerTest, ForgetsAtOnceWhenIdleAndAfterTheJobWhenBusy) {
+  RenderQueue queue(10, 1);
+  std::atomic<int> forgotten{0};
+  const auto worker = GlWorker::Start(
+      [&forgotten]() -> absl::StatusOr<WorkerRenderer> {
+        return WorkerRenderer{nullptr, std::make_unique<ForgetfulRenderer>(&forgotten), "fake", "0", "fake"};
+      },
+      &queue);
+  ASSERT_OK(worker);
+  EXPECT_TRUE((*worker)->Caches().empty()) << "nothing drawn yet";
+  const auto wait_for = [&](int count) {
+    for (int i = 0; i < 2000 && forgotten < count; ++i) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(forgotten, count);
+  };
+  (*worker)->ForgetScene("scenes/a");
+  wait_for(1);
+  std::atomic<bool> may_end{false};
+  EXPECT_OK(queue.Push(Job(1,
+                           [&] {
+                             while (!may_end) std::this_thread::sleep_for(1ms);
+                           }),
+                       10s));
+  while (queue.waiting() > 0) std::this_thread::sleep_for(1ms);
+  (*worker)->ForgetScene("scenes/a");
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(forgotten, 1) << "the context is in use";
+  may_end = true;
+  wait_for(2);
+  queue.Close();
+  (*worker)->Join();
+  ASSERT_EQ((*worker)->Caches().size(), 1u);
+  EXPECT_EQ((*worker)->Caches()[0].bytes, 2u);
+  (*worker)->ForgetScene("scenes/a");  // too late, and harmless
+}
+
 TEST(GlWorkerTest, AFactoryThatFailsIsTheStartsError) {
   RenderQueue queue(1, 1);
   const auto worker = GlWorker::Start(
@@ -134,6 +187,19 @@ TEST(SceneCacheTest, TheLeastRecentlyUsedGoesFirstAndLivesOnUnderItsUser) {
   get("b", &was_here);
   EXPECT_FALSE(was_here) << "b was the least recently used";
   EXPECT_EQ(b->positions.size(), 1000u) << "in use: not evicted under its user";
+}
+
+TEST(SceneCacheTest, SaysWhichSceneLeaves) {
+  const uint64_t one = SceneOf(1000).SizeBytes();
+  std::vector<std::string> dropped;
+  SceneCache cache(2 * one, [&](const std::string& name) { dropped.push_back(name); });
+  for (const char* name : {"a", "b", "c"}) {
+    EXPECT_OK(cache.Get(name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }));
+  }
+  EXPECT_EQ(dropped, std::vector<std::string>({"a"})) << "evicted";
+  cache.Forget("c");
+  cache.Forget("unknown");
+  EXPECT_EQ(dropped, std::vector<std::string>({"a", "c"}));
 }
 
 TEST(SceneCacheTest, ASceneThatCannotFitIsRefusedWithTheNumbers) {

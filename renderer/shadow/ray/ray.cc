@@ -8,12 +8,12 @@
 namespace halfshade {
 namespace {
 
-// The hierarchy is the scene's; of the light there is nothing to prepare.
+// The hierarchy is the scene's, and counted here too, since this keeps it; of the light there is nothing to prepare.
 struct RayLightData : LightData {
   std::shared_ptr<const RayScene> scene;
   AreaLight light;
   uint32_t seed = 0;
-  uint64_t SizeBytes() const override { return 0; }
+  uint64_t SizeBytes() const override { return scene->SizeBytes(); }
   uint64_t MapsDrawn() const override { return 0; }
 };
 

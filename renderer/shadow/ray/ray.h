@@ -15,6 +15,7 @@ class RayMethod : public ShadowMethod {
   absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                 const Receivers& receivers,
                                                 const MethodOptions& options) const override;
+  std::string LightDataOptions(const MethodOptions&) const override { return ""; }
   std::vector<std::pair<std::string, std::string>> DescribeOptions(const MethodOptions& options) const override;
 };
 

@@ -64,6 +64,65 @@ TEST(PlanFrameTest, AnOccluderBesideTheHullNeedsNoMaps) {
   EXPECT_EQ(PlanFrame(scene, pose, request).lights[0].outcome, LightOutcome::kCompute);
 }
 
+TEST(PlanFrameTest, OnlyWhatIsDrawnAndReceivesIsAReceiver) {
+  // A plate that receives below a plate that hides the light.
+  FlatScene scene = MakeFlatScene({MakePlate({0, 0, 0}, 1, 1), MakePlate({0, 1, 0}, 1, 1)});
+  Pose pose = *BuildPose(scene, 0);
+  const auto outcome = [&] { return PlanFrame(scene, pose, Request()).lights[0].outcome; };
+  EXPECT_EQ(outcome(), LightOutcome::kCompute);
+  pose.instances[1].is_visible = false;
+  EXPECT_EQ(outcome(), LightOutcome::kCompute) << "it still casts";
+  pose.instances[0].receives = false;
+  EXPECT_EQ(outcome(), LightOutcome::kNoMapNeeded);
+  EXPECT_EQ(PlanFrame(scene, pose, Request()).lights[0].reason, "lights[0]: no receiver is in view");
+  EXPECT_TRUE(PlanFrame(scene, pose, Request()).draws_gbuffer) << "it is still seen";
+  pose.instances[0].receives = true;
+  pose.instances[0].is_visible = false;
+  EXPECT_EQ(outcome(), LightOutcome::kNoMapNeeded);
+  EXPECT_FALSE(PlanFrame(scene, pose, Request()).draws_gbuffer);
+}
+
+TEST(PlanFrameTest, ATwoSidedLightIsTwoOneSidedOnesBackToBack) {
+  RenderRequest request = Request();
+  request.lights = {LightAbove(0, 1), LightAbove(5, 1)};
+  request.lights[0].is_two_sided = true;
+  const FlatScene scene =
+      MakeFlatScene({MakePlate({0, 2, 0}, 1, 1), MakePlate({0, 1, 0}, 1, 1), MakePlate({0, -1, 0}, 1, 1)});
+  Pose pose = *BuildPose(scene, 0);
+  pose.instances[2].casts = false;
+  const FramePlan plan = PlanFrame(scene, pose, request);
+  ASSERT_EQ(plan.lights.size(), 3u);
+  for (const LightPlan& side : plan.lights) EXPECT_FALSE(side.light.is_two_sided);
+  EXPECT_EQ(plan.lights[0].light.normal_ws, glm::dvec3(0, -1, 0));
+  EXPECT_EQ(plan.lights[1].light.normal_ws, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(glm::cross(plan.lights[1].light.axis_u_ws, plan.lights[1].light.axis_v_ws), glm::dvec3(0, 1, 0));
+  EXPECT_TRUE(!plan.lights[0].is_back && plan.lights[1].is_back && !plan.lights[2].is_back);
+  EXPECT_EQ(plan.lights[1].index, 0u);
+  EXPECT_EQ(plan.lights[2].index, 1u);
+  EXPECT_EQ(plan.lights[0].outcome, LightOutcome::kNoMapNeeded) << "nothing between it and the plate below";
+  EXPECT_EQ(plan.lights[1].outcome, LightOutcome::kCompute) << "one plate hides it from the other";
+}
+
+TEST(PlanFrameTest, TheSideOfATwoSidedLightThatLightsNothingIsLeftOut) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  request.lights[0].is_two_sided = true;
+  for (const double height : {3.0, -3.0}) {
+    request.lights[0].center_ws.y = height;
+    const FramePlan plan = Plan(scene, request);
+    const LightPlan& front = plan.lights[0];
+    const LightPlan& back = plan.lights[1];
+    EXPECT_EQ((height > 0 ? front : back).outcome, LightOutcome::kCompute);
+    EXPECT_EQ((height > 0 ? back : front).outcome, LightOutcome::kSkipped);
+  }
+  EXPECT_EQ(Plan(scene, request).lights[0].reason, "lights[0]: faces away from every receiver");
+  // A receiver in the light's own plane: somebody must say that it is dark.
+  request.lights[0].center_ws.y = 0;
+  const FramePlan plan = Plan(MakeFlatScene({MakePlate({0, 0, 0}, 1, 1)}), request);
+  EXPECT_EQ(plan.lights[0].outcome, LightOutcome::kNoMapNeeded);
+  EXPECT_EQ(plan.lights[1].outcome, LightOutcome::kSkipped);
+}
+
 TEST(PlanFrameTest, NothingInViewDrawsNothing) {
   const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
   RenderRequest request = Request();

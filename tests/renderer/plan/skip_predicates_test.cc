@@ -96,21 +96,6 @@ TEST_F(SkipPredicateTest, FacingAwayIsNeverSaidWhereAReceiverStandsInFront) {
   EXPECT_GT(skips, 2000);
 }
 
-TEST(TwoSidedLightTest, LightsWhatStandsBehindItSoNothingIsProved) {
-  AreaLight light;  // at the origin, toward +z
-  light.width_m = light.height_m = 1;
-  Box3d receiver, occluder;
-  for (const double edge : {-0.5, 0.5}) {
-    receiver.Add({edge, edge, -5 + edge});
-    occluder.Add({edge, edge, -2 + edge});
-  }
-  EXPECT_TRUE(FacesAway(light, {receiver}));
-  EXPECT_TRUE(HasNoOccluder(light, {occluder}, {receiver}));
-  light.is_two_sided = true;
-  EXPECT_FALSE(FacesAway(light, {receiver}));
-  EXPECT_FALSE(HasNoOccluder(light, {occluder}, {receiver}));
-}
-
 TEST(NoPowerTest, AsksRadianceOfRectanglesAndIntensityOfLinesAndPoints) {
   AreaLight light;
   light.radiance = glm::vec3(0, 0, 1);

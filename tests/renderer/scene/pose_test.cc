@@ -85,6 +85,50 @@ TEST(PoseTest, AnUnknownSceneIsRefusedWithBothNumbers) {
               StatusIs(absl::StatusCode::kInvalidArgument, "scene_index: 3; the scene has 2"));
 }
 
+// Node 0 below node 1.
+NodeOverride Change(uint32_t node) {
+  NodeOverride change;
+  change.node = node;
+  return change;
+}
+
+TEST(PoseTest, AnOverrideReplacesTheLocalMatrixAndMovesWhatIsBelow) {
+  FlatScene scene = OneTriangle({0, 0, 0});
+  scene.nodes[0].local = glm::translate(glm::dmat4(1), {1, 0, 0});
+  scene.nodes[1].local = glm::translate(glm::dmat4(1), {10, 0, 0});
+  NodeOverride change = Change(1);
+  change.local = glm::translate(glm::dmat4(1), {0, 5, 0});
+  const auto pose = BuildPose(scene, 0, {change});
+  ASSERT_OK(pose);
+  EXPECT_EQ(glm::dvec3(pose->instances[0].world_from_mesh[3]), glm::dvec3(1, 5, 0));
+  EXPECT_EQ(pose->bounds_ws.max, glm::dvec3(2, 6, 0));
+  EXPECT_EQ(glm::dvec3(WorldFromNode(scene, 0, {change})[3]), glm::dvec3(1, 5, 0));
+}
+
+TEST(PoseTest, WhatANodeDoesNotDoNothingBelowItDoes) {
+  const FlatScene scene = OneTriangle({0, 0, 0});
+  for (const auto member : {&NodeOverride::is_visible, &NodeOverride::casts, &NodeOverride::receives}) {
+    for (const uint32_t node : {0u, 1u}) {
+      NodeOverride change = Change(node);
+      change.*member = false;
+      const auto pose = BuildPose(scene, 0, {change, Change(1 - node)});
+      ASSERT_OK(pose);
+      ASSERT_EQ(pose->instances.size(), 1u);
+      const Instance& instance = pose->instances[0];
+      EXPECT_EQ(instance.is_visible, change.is_visible);
+      EXPECT_EQ(instance.casts, change.casts);
+      EXPECT_EQ(instance.receives, change.receives);
+      EXPECT_EQ(pose->bounds_ws.IsEmpty(), !change.is_visible) << "the picture is framed by what is drawn";
+    }
+  }
+}
+
+TEST(PoseTest, WhatIsNeitherDrawnNorCastsIsLeftOut) {
+  NodeOverride change = Change(1);
+  change.is_visible = change.casts = false;
+  EXPECT_TRUE(BuildPose(OneTriangle({0, 0, 0}), 0, {change})->instances.empty());
+}
+
 TEST(WorldFromNodeTest, IsTheProductOfTheAncestors) {
   FlatScene scene = OneTriangle({0, 0, 0});
   scene.nodes[0].local = glm::translate(glm::dmat4(1), {1, 0, 0});

@@ -1,0 +1,123 @@
+// What stays in GL memory between calls, seen from the wire: kept, found, counted, freed.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <map>
+#include <thread>
+
+#include "halfshade/v1/render.grpc.pb.h"
+#include "halfshade/v1/scene.grpc.pb.h"
+#include "halfshade/v1/server.grpc.pb.h"
+#include "server/digest.h"
+#include "server/server.h"
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/status_matchers.h"
+
+namespace halfshade {
+namespace {
+
+using namespace std::chrono_literals;
+
+class GlMemoryTest : public testing::Test {
+ protected:
+  GlMemoryTest() {
+    auto server = Server::Start(ServerOptions());
+    EXPECT_OK(server);
+    server_ = *std::move(server);
+    channel_ = server_->InProcessChannel();
+    scenes_ = v1::SceneService::NewStub(channel_);
+    renders_ = v1::RenderService::NewStub(channel_);
+    statistics_ = v1::ServerService::NewStub(channel_);
+  }
+
+  // A plate of this edge over a floor.
+  std::string MakeScene(double edge) {
+    const std::string glb = WriteGlb({MakePlate({0, 0, 0}, 4, 4), MakePlate({0, 1, 0}, edge, edge)});
+    v1::UploadBlobRequest chunk;
+    chunk.set_digest(Sha256Hex(glb));
+    chunk.set_size_bytes(glb.size());
+    chunk.set_data(glb);
+    grpc::ClientContext upload_context, create_context;
+    v1::UploadBlobResponse uploaded;
+    auto writer = scenes_->UploadBlob(&upload_context, &uploaded);
+    writer->Write(chunk);
+    writer->WritesDone();
+    EXPECT_TRUE(writer->Finish().ok());
+    v1::CreateSceneRequest create;
+    create.set_root_digest(chunk.digest());
+    v1::CreateSceneResponse created;
+    EXPECT_TRUE(scenes_->CreateScene(&create_context, create, &created).ok());
+    return created.scene().name();
+  }
+
+  v1::RenderResponse Render(const v1::RenderRequest& request) {
+    grpc::ClientContext context;
+    v1::RenderResponse response;
+    const grpc::Status status = renders_->Render(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  }
+
+  std::map<std::string, v1::Cache> Caches() {
+    grpc::ClientContext context;
+    v1::GetStatisticsResponse response;
+    EXPECT_TRUE(statistics_->GetStatistics(&context, {}, &response).ok());
+    std::map<std::string, v1::Cache> caches;
+    for (const v1::Cache& cache : response.caches()) caches[cache.name()] = cache;
+    return caches;
+  }
+
+  // Counters follow a render's answer, and a scene's end, by a moment.
+  template <typename Condition>
+  bool Becomes(Condition condition) {
+    for (int i = 0; i < 5000; ++i) {
+      if (condition()) return true;
+      std::this_thread::sleep_for(1ms);
+    }
+    return false;
+  }
+
+  std::unique_ptr<Server> server_;
+  std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::SceneService::Stub> scenes_;
+  std::unique_ptr<v1::RenderService::Stub> renders_;
+  std::unique_ptr<v1::ServerService::Stub> statistics_;
+};
+
+TEST_F(GlMemoryTest, LightDataIsFoundByTheNextCameraCountedAndFreedWithItsScene) {
+  v1::RenderRequest request;
+  request.set_scene(MakeScene(1));
+  request.set_width(64);
+  request.set_height(64);
+  request.mutable_method()->mutable_multi_map()->set_map_size(256);
+  v1::LookAt* look_at = request.mutable_camera()->mutable_look_at();
+  look_at->mutable_eye()->set_y(5);
+  look_at->mutable_eye()->set_z(1);
+  look_at->mutable_target();
+  v1::AreaLight* light = request.add_lights();
+  light->mutable_center()->set_y(3);
+  light->mutable_edge_u()->set_x(1);
+  light->mutable_edge_v()->set_z(1);
+  EXPECT_GT(Render(request).report().timing().light_ms(), 0);
+  look_at->mutable_eye()->set_z(2);
+  EXPECT_EQ(Render(request).report().timing().light_ms(), 0);
+  EXPECT_TRUE(Becomes([&] { return Caches()["light_data"].hits() == 1; }));
+  EXPECT_EQ(Caches()["light_data"].misses(), 1u) << "warming up is not counted";
+  EXPECT_GE(Caches()["light_data"].bytes(), 64u * 256 * 256 * 4);
+  EXPECT_GT(Caches()["scene_on_context"].bytes(), 0u);
+
+  const std::string other = MakeScene(2);
+  grpc::ClientContext context;
+  v1::DeleteSceneRequest remove;
+  remove.set_name(request.scene());
+  v1::DeleteSceneResponse removed;
+  EXPECT_TRUE(scenes_->DeleteScene(&context, remove, &removed).ok());
+  EXPECT_TRUE(Becomes([&] { return Caches()["light_data"].bytes() + Caches()["scene_on_context"].bytes() == 0; }))
+      << "freed while nobody renders";
+  request.set_scene(other);
+  Render(request);
+  EXPECT_TRUE(Becomes([&] { return Caches()["light_data"].misses() == 2; }));
+}
+
+}  // namespace
+}  // namespace halfshade
