@@ -203,23 +203,39 @@ absl::StatusOr<v1::Scene> Client::UploadScene(const SceneFiles& files) {
   return scene;
 }
 
-absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& request, const SceneFiles* files) {
-  v1::RenderResponse response;
-  const auto render_on = [&](const std::string& server) {
+absl::Status Client::CallWithScene(const std::string& scene, const SceneFiles* files, const char* what,
+                                   const RenderAttempt& attempt) {
+  return OnServersOf(scene, [&](const std::string& server) {
     const auto stub = v1::RenderService::NewStub(ChannelTo(server));
     absl::Status status;
     // The same for a scene that is evicted between the calls.
     for (int round = 0; round < 2; ++round) {
-      v1::Scene scene;
-      if (files != nullptr) RETURN_IF_ERROR(UploadAndCreate(server, *files, &scene));
-      Report("render", -1);
-      status = Call(request.scene(),
-                    [&](grpc::ClientContext* context) { return stub->Render(context, request, &response); });
+      v1::Scene uploaded;
+      if (files != nullptr) RETURN_IF_ERROR(UploadAndCreate(server, *files, &uploaded));
+      Report(what, -1);
+      status = Call(scene, [&](grpc::ClientContext* context) { return attempt(*stub, context); });
       if (files == nullptr || !absl::IsNotFound(status)) break;
     }
     return status;
-  };
-  RETURN_IF_ERROR(OnServersOf(request.scene(), render_on));
+  });
+}
+
+absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& request, const SceneFiles* files) {
+  v1::RenderResponse response;
+  RETURN_IF_ERROR(CallWithScene(request.scene(), files, "render",
+                                [&](v1::RenderService::StubInterface& stub, grpc::ClientContext* context) {
+                                  return stub.Render(context, request, &response);
+                                }));
+  return response;
+}
+
+absl::StatusOr<v1::QueryVisibilityResponse> Client::QueryVisibility(const v1::QueryVisibilityRequest& query,
+                                                                    const SceneFiles* files) {
+  v1::QueryVisibilityResponse response;
+  RETURN_IF_ERROR(CallWithScene(query.request().scene(), files, "query",
+                                [&](v1::RenderService::StubInterface& stub, grpc::ClientContext* context) {
+                                  return stub.QueryVisibility(context, query, &response);
+                                }));
   return response;
 }
 

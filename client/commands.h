@@ -26,6 +26,8 @@ struct RenderCommand {
 };
 
 absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command);
+// Visibility of every light from the points of a CSV file (client/points_file.h): a line a point, a value a light.
+absl::Status RunQuery(const GlobalFlags& global, const RenderFlags& flags, const std::string& points_file);
 absl::Status RunUpload(const GlobalFlags& global, const std::string& file);
 absl::Status RunScenes(const GlobalFlags& global);
 absl::Status RunScene(const GlobalFlags& global, const std::string& scene);

@@ -88,6 +88,31 @@ class Frame {
     return absl::OkStatus();
   }
 
+  // Of the first `count` receivers.
+  absl::StatusOr<QueryResult> Query(const CpuReceivers& points, size_t count) {
+    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
+    Box3d bounds_ws;
+    for (size_t i = 0; i < count; ++i) bounds_ws.Add(points.At(i).position_ws);
+    plan_.lights = PlanQuery(scene_, pose_, request_, bounds_ws);
+    DescribeMethod();
+    receivers_ = {nullptr, points.camera, points.width, points.height};
+    receivers_.on_cpu = &points;
+    ReceiverTextures textures;
+    if (!needs_.cpu_receivers && ComputedLights() > 0) {
+      RETURN_IF_ERROR(Timed("receivers", &report_.upload_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(textures, UploadReceivers(*draw_.context, points));
+        return absl::OkStatus();
+      }));
+      receivers_.planes = &textures.planes;
+      receivers_.points = &textures.points;
+    }
+    QueryResult result;
+    result.visibility.resize(count * request_.lights.size());
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(QueryLight(plan, points, result.visibility));
+    result.report = std::move(report_);
+    return result;
+  }
+
   // In the order of RenderRequest::outputs.
   absl::StatusOr<RenderResult> TakeResult() {
     RenderResult result;
@@ -105,10 +130,14 @@ class Frame {
   }
 
  private:
-  void DescribePlan() {
+  void DescribeMethod() {
     report_.method = method_.name;
     report_.options = method_.method->DescribeOptions(request_.method);
     report_.reason = request_.method_reason;
+  }
+
+  void DescribePlan() {
+    DescribeMethod();
     if (!plan_.draws_gbuffer) Skip("gbuffer", plan_.gbuffer_reason);
     if (!plan_.needs_shading) Skip("shade", "only visibility is asked");
     if (!plan_.needs_textures) Skip("textures", "no output needs them");
@@ -138,10 +167,14 @@ class Frame {
     return absl::OkStatus();
   }
 
+  static std::string LightName(const LightPlan& plan) {
+    return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
+  }
+
   // One side of a light.
   absl::Status DrawLight(const LightPlan& plan) {
     const AreaLight& light = plan.light;
-    const std::string name = "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
+    const std::string name = LightName(plan);
     if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
     if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
     LightDataCache::Pointer data;
@@ -165,6 +198,47 @@ class Frame {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
+    }
+    return absl::OkStatus();
+  }
+
+  // One side of a light, into visibility[point][light].
+  absl::Status QueryLight(const LightPlan& plan, const CpuReceivers& points, std::vector<float>& visibility) {
+    const std::string name = LightName(plan);
+    const bool computes = plan.outcome == LightOutcome::kCompute;
+    if (!computes) Skip(name + method_.name, plan.reason);
+    if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
+    LightDataCache::Pointer data;
+    if (computes) {
+      ASSIGN_OR_RETURN(data, NeedLightData(plan.light, name + "light_data"));
+    }
+    std::vector<float> seen;
+    const auto resolve = [&]() -> absl::Status {
+      OcclusionSum occlusion;
+      if (computes) {
+        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
+        report_.passes.back().count = data->MapsRedrawn();
+      }
+      const OcclusionSum* sum = computes ? &occlusion : nullptr;
+      if (receivers_.points == nullptr || !computes) {
+        seen = FinishVisibilityOnCpu(sum, points, plan.light);
+        return absl::OkStatus();
+      }
+      ASSIGN_OR_RETURN(const gl::Texture finished, FinishVisibility(draw_, sum, receivers_, plan.light));
+      Image pairs(points.width, points.height, 2);
+      RETURN_IF_ERROR(ReadBack(finished, pairs));
+      for (size_t i = 0; i < points.size(); ++i) seen.push_back(pairs.data()[2 * i]);
+      return absl::OkStatus();
+    };
+    RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, resolve));
+    const size_t lights = request_.lights.size();
+    for (size_t i = 0; i < visibility.size() / lights; ++i) {
+      if (!(seen[i] >= 0 && seen[i] <= 1)) {
+        return absl::InternalError(method_.name + ": visibility " + std::to_string(seen[i]) + " at point " +
+                                   std::to_string(i));
+      }
+      float& v = visibility[i * lights + plan.index];
+      v = std::max(v, seen[i]);  // of both sides, one is 0
     }
     return absl::OkStatus();
   }
@@ -313,10 +387,18 @@ class ContextRenderer : public Renderer {
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
     auto result = Draw(scene_name, scene, request, stop);
-    // Nothing is in use any more.
-    scenes_.Trim();
-    light_data_.Trim();
-    ray_scenes_.Trim();
+    TrimCaches();
+    return result;
+  }
+
+  absl::StatusOr<QueryResult> QueryVisibility(const std::string& scene_name, const FlatScene& scene,
+                                              const RenderRequest& request, const QueryPoints& points,
+                                              const StopCheck& stop) override {
+    gl::Pacer pacer(*context_, stop);
+    const DrawContext draw = {context_, &programs_, &pacer};
+    auto result = Frame(draw, scene_name, scene, request, &light_data_, &ray_scenes_)
+                      .Query(MakePointReceivers(points.points_ws, points.normals_ws), points.points_ws.size());
+    TrimCaches();
     return result;
   }
 
@@ -339,6 +421,13 @@ class ContextRenderer : public Renderer {
   }
 
  private:
+  // Nothing is in use any more.
+  void TrimCaches() {
+    scenes_.Trim();
+    light_data_.Trim();
+    ray_scenes_.Trim();
+  }
+
   // The beginning of no other scene's.
   static std::string SceneKey(const std::string& scene_name) { return scene_name + "\n"; }
 
@@ -375,6 +464,11 @@ class ContextRenderer : public Renderer {
 };
 
 }  // namespace
+
+absl::StatusOr<QueryResult> Renderer::QueryVisibility(const std::string&, const FlatScene&, const RenderRequest&,
+                                                      const QueryPoints&, const StopCheck&) {
+  return absl::UnimplementedError("this renderer answers no queries");
+}
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
                                                            const ContextMemory& memory) {

@@ -118,6 +118,12 @@ struct RenderRequest {
   CacheMode cache = CacheMode::kUse;
 };
 
+// Points to look from.
+struct QueryPoints {
+  std::vector<glm::vec3> points_ws;
+  std::vector<glm::vec3> normals_ws;  // unit, one a point; or empty: no horizon
+};
+
 // Asked between GL submissions (each is predicted under 20 ms): a non-OK status stops the render, which returns it.
 using StopCheck = std::function<absl::Status()>;
 

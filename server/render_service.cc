@@ -2,15 +2,16 @@
 
 #include <grpcpp/alarm.h>
 #include <spdlog/spdlog.h>
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
 #include <memory>
 
 #include "renderer/status.h"
+#include "server/call_time.h"
 #include "server/encode.h"
 #include "server/gl_worker.h"
+#include "server/query_service.h"
 #include "server/report_to_proto.h"
 #include "server/request_id.h"
 #include "server/status.h"
@@ -22,31 +23,12 @@ namespace {
 using SystemClock = std::chrono::system_clock;
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr auto kDefaultDeadline = std::chrono::seconds(30);
-constexpr auto kMaxDeadline = std::chrono::minutes(10);
-
 double MillisecondsSince(SteadyClock::time_point begin) {
   return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
 }
 
-// CPU time of the whole process. With one render at a time that is the render's, GL driver threads included; renders on
-// other contexts at the same time are counted in.
-double ProcessCpuMs() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
-}
-
 std::string OutputName(OutputKind kind) { return kind == OutputKind::kFrame ? "FRAME" : "VISIBILITY"; }
 std::string EncodingName(Encoding encoding) { return encoding == Encoding::kPng ? "PNG" : "RAW_F32"; }
-
-// No deadline: the default; one that is too far: the most.
-SystemClock::time_point EffectiveDeadline(SystemClock::time_point asked) {
-  const auto now = SystemClock::now();
-  if (asked == SystemClock::time_point::max() || asked > now + std::chrono::hours(24 * 365))
-    return now + kDefaultDeadline;
-  return std::min(asked, now + kMaxDeadline);
-}
 
 // One Render call. Shared by gRPC, its alarm, the pool and the queue; the last of them lets go.
 class RenderCall final : public grpc::ServerUnaryReactor, public std::enable_shared_from_this<RenderCall> {
@@ -263,9 +245,9 @@ grpc::ServerUnaryReactor* RenderServiceImpl::PlanRender(grpc::CallbackServerCont
 }
 
 grpc::ServerUnaryReactor* RenderServiceImpl::QueryVisibility(grpc::CallbackServerContext* context,
-                                                             const v1::QueryVisibilityRequest*,
-                                                             v1::QueryVisibilityResponse*) {
-  return FinishAtOnce(context, NotInThisVersion("QueryVisibility"));
+                                                             const v1::QueryVisibilityRequest* request,
+                                                             v1::QueryVisibilityResponse* response) {
+  return StartQuery(plant_, context, *request, response);
 }
 
 }  // namespace halfshade
