@@ -22,7 +22,7 @@ namespace halfshade {
 namespace {
 
 constexpr size_t kChunkBytes = 1 << 20;
-// A reply carries at most 4 MiB of pixels, which PNG can make a little larger, and a report.
+// Pictures come in chunks of 256 KiB; what else a server sends, a scene's description say, is far below this.
 constexpr int kMaxReplyBytes = 6 << 20;
 constexpr auto kRetryWindow = std::chrono::seconds(60);
 // With other servers to turn to, a dead one is left sooner.
@@ -45,6 +45,32 @@ std::shared_ptr<grpc::Channel> CreateChannelTo(const std::string& server) {
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
   arguments.SetMaxReceiveMessageSize(kMaxReplyBytes);
   return grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
+}
+
+// Puts the parts of a stream together: the plan, then each image's header and chunks, then the report.
+grpc::Status ReadStream(grpc::ClientReader<v1::RenderStreamResponse>* stream, v1::RenderResponse* response) {
+  response->Clear();
+  v1::RenderStreamResponse part;
+  bool is_in_order = true;
+  while (stream->Read(&part)) {
+    switch (part.part_case()) {
+      case v1::RenderStreamResponse::kHeader:
+        response->add_images()->Swap(part.mutable_header());
+        break;
+      case v1::RenderStreamResponse::kChunk:
+        is_in_order &= response->images_size() > 0;
+        if (is_in_order) response->mutable_images()->rbegin()->mutable_data()->append(part.chunk());
+        break;
+      case v1::RenderStreamResponse::kReport:
+        response->mutable_report()->Swap(part.mutable_report());
+        break;
+      default:
+        break;  // the plan, or what a later version adds
+    }
+  }
+  const grpc::Status status = stream->Finish();
+  if (!status.ok() || (is_in_order && response->has_report())) return status;
+  return {grpc::StatusCode::INTERNAL, "RenderStream: the server's stream has no report, or a chunk before its image"};
 }
 
 std::optional<std::string> PushbackOf(const grpc::ClientContext& context) {
@@ -221,11 +247,15 @@ absl::Status Client::CallWithScene(const std::string& scene, const SceneFiles* f
 }
 
 absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& request, const SceneFiles* files) {
+  // Always the stream: whether a result fits Render depends on samples that the server alone chooses, and a small one
+  // costs a message more.
+  v1::RenderStreamRequest stream_request;
+  *stream_request.mutable_request() = request;
   v1::RenderResponse response;
-  RETURN_IF_ERROR(CallWithScene(request.scene(), files, "render",
-                                [&](v1::RenderService::StubInterface& stub, grpc::ClientContext* context) {
-                                  return stub.Render(context, request, &response);
-                                }));
+  RETURN_IF_ERROR(
+      CallWithScene(request.scene(), files, "render", [&](v1::RenderService::Stub& stub, grpc::ClientContext* context) {
+        return ReadStream(stub.RenderStream(context, stream_request).get(), &response);
+      }));
   return response;
 }
 
@@ -233,7 +263,7 @@ absl::StatusOr<v1::QueryVisibilityResponse> Client::QueryVisibility(const v1::Qu
                                                                     const SceneFiles* files) {
   v1::QueryVisibilityResponse response;
   RETURN_IF_ERROR(CallWithScene(query.request().scene(), files, "query",
-                                [&](v1::RenderService::StubInterface& stub, grpc::ClientContext* context) {
+                                [&](v1::RenderService::Stub& stub, grpc::ClientContext* context) {
                                   return stub.QueryVisibility(context, query, &response);
                                 }));
   return response;

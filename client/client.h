@@ -48,7 +48,8 @@ class Client {
   // Uploads the files that the server lacks and makes the scene. The server's errors.
   absl::StatusOr<v1::Scene> UploadScene(const SceneFiles& files);
 
-  // Renders request.scene. `files`, where not null, is that scene: it is uploaded first. The server's errors.
+  // Renders request.scene, of any size that the server grants (RenderStream). `files`, where not null, is that scene:
+  // it is uploaded first. The server's errors.
   absl::StatusOr<v1::RenderResponse> Render(const v1::RenderRequest& request, const SceneFiles* files);
 
   // Visibility from points, of query.request.scene; `files` as for Render.
@@ -74,7 +75,7 @@ class Client {
   absl::Status OnServersOf(const std::string& scene,
                            const std::function<absl::Status(const std::string& server)>& work);
   // Makes a call of RenderService on the scene's servers; `files`, where not null, go up first.
-  using RenderAttempt = std::function<grpc::Status(v1::RenderService::StubInterface& stub, grpc::ClientContext*)>;
+  using RenderAttempt = std::function<grpc::Status(v1::RenderService::Stub& stub, grpc::ClientContext*)>;
   absl::Status CallWithScene(const std::string& scene, const SceneFiles* files, const char* what,
                              const RenderAttempt& attempt);
   absl::Status UploadBlobs(const std::string& server, const SceneFiles& files);

@@ -3,18 +3,22 @@
 #include <glad/gl.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <map>
 
 #include "renderer/gl/draw_context.h"
 #include "renderer/gl/object_cache.h"
 #include "renderer/light/cpu_receivers.h"
 #include "renderer/light/light_data.h"
-#include "renderer/light/occluders_on_context.h"
+#include "renderer/math/camera.h"
+#include "renderer/passes.h"
 #include "renderer/plan/frame_plan.h"
+#include "renderer/prepare_light.h"
+#include "renderer/query.h"
 #include "renderer/scene/pose.h"
-#include "renderer/scene/ray_scene.h"
 #include "renderer/scene/scene_on_context.h"
+#include "renderer/shade/data_image.h"
+#include "renderer/shade/finish_frame.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shade/shade.h"
 #include "renderer/shadow/finish_visibility.h"
@@ -28,160 +32,137 @@ namespace {
 // Visibility nearer to 0 or 1 than this is umbra or light.
 constexpr float kPenumbraMargin = 1.0f / 512;
 
-class Stopwatch {
- public:
-  double Milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+// What is known before drawing, but for the lights' skips.
+RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
+  RenderReport report;
+  report.method = method.name;
+  report.options = method.method->DescribeOptions(request.method);
+  report.reason = request.method_reason;
+  if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
+  if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "no FRAME is asked"));
+  if (!plan.needs_materials) report.passes.push_back(SkippedPass("materials", "no FRAME, NORMAL or ALBEDO is asked"));
+  if (!plan.needs_object_ids) {
+    report.passes.push_back(SkippedPass("object_ids", "no OBJECT_ID and no shadow catcher is asked"));
   }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-using LightDataCache = gl::ObjectCache<LightData>;
-using RaySceneCache = gl::ObjectCache<const RayScene>;
+  return report;
+}
 
 // One frame on its way through the house.
 class Frame {
  public:
   Frame(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
-        LightDataCache* light_data, RaySceneCache* ray_scenes)
+        LightCaches* caches)
       : draw_(draw),
         scene_name_(scene_name),
         scene_(scene),
         request_(request),
+        camera_(request.camera),
         method_(FindMethod(request.method)),
-        needs_(method_.method->Needs(request.method, {})),
-        light_data_(light_data),
-        ray_scenes_(ray_scenes) {}
+        caches_(caches) {}
 
   absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
-    DescribePlan();
-    if (plan_.needs_shading) {
+    report_ = DescribePlan(plan_, request_, method_);
+    if (Wants(OutputKind::kVisibility)) {
+      images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
+    }
+    if (plan_.needs_materials) {
       RETURN_IF_ERROR(
           Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
     }
-    RETURN_IF_ERROR(Timed("gbuffer", &report_.shade_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
-                                             plan_.needs_shading));
-      report_.passes.back().count = gbuffer_.triangles_drawn;
-      return absl::OkStatus();
-    }));
-    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
-    if (needs_.cpu_receivers && ComputedLights() > 0) {
-      RETURN_IF_ERROR(Timed("readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
-        receivers_.on_cpu = &cpu_receivers_;
-        return absl::OkStatus();
-      }));
-    }
+    for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
     if (plan_.needs_shading) {
-      RETURN_IF_ERROR(Timed("ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
-        return absl::OkStatus();
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] {
+        return ReadBack(FrameSamples::AreNeeded(request_) ? samples_.Take() : std::move(frame_), OutputKind::kFrame, 4);
       }));
     }
-    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan));
     FinishShares();
     return absl::OkStatus();
   }
 
-  // Of the first `count` receivers.
-  absl::StatusOr<QueryResult> Query(const CpuReceivers& points, size_t count) {
-    ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
-    Box3d bounds_ws;
-    for (size_t i = 0; i < count; ++i) bounds_ws.Add(points.At(i).position_ws);
-    plan_.lights = PlanQuery(scene_, pose_, request_, bounds_ws);
-    DescribeMethod();
-    receivers_ = {nullptr, points.camera, points.width, points.height};
-    receivers_.on_cpu = &points;
-    ReceiverTextures textures;
-    if (!needs_.cpu_receivers && ComputedLights() > 0) {
-      RETURN_IF_ERROR(Timed("receivers", &report_.upload_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(textures, UploadReceivers(*draw_.context, points));
-        return absl::OkStatus();
-      }));
-      receivers_.planes = &textures.planes;
-      receivers_.points = &textures.points;
-    }
-    QueryResult result;
-    result.visibility.resize(count * request_.lights.size());
-    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(QueryLight(plan, points, result.visibility));
-    result.report = std::move(report_);
-    return result;
-  }
-
   // In the order of RenderRequest::outputs.
-  absl::StatusOr<RenderResult> TakeResult() {
+  RenderResult TakeResult() {
     RenderResult result;
-    for (const OutputKind kind : request_.outputs) {
-      if (kind == OutputKind::kVisibility) {
-        result.images.push_back({kind, visibility_});
-      } else {
-        Image image(request_.width, request_.height, 4);
-        RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] { return ReadBack(frame_, image); }));
-        result.images.push_back({kind, std::move(image)});
-      }
-    }
+    for (const OutputKind kind : request_.outputs) result.images.push_back({kind, images_[kind]});
     result.report = std::move(report_);
     return result;
   }
 
  private:
-  void DescribeMethod() {
-    report_.method = method_.name;
-    report_.options = method_.method->DescribeOptions(request_.method);
-    report_.reason = request_.method_reason;
+  // Everything once, with the pixels' samples where the view has them.
+  absl::Status DrawView(const ViewPlan& view, const SceneOnContext& on_context) {
+    view_ = &view;
+    request_.camera = ShiftedCamera(camera_, view.offset_pixels, request_.width, request_.height);
+    request_.camera.far_m = plan_.camera_far_m;
+    const std::string name =
+        plan_.views.size() > 1 ? "view[" + std::to_string(&view - plan_.views.data()) + "]/" : std::string();
+    RETURN_IF_ERROR(Timed(name + "gbuffer", &report_.shade_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
+                                             {view.needs_materials, view.needs_object_ids}));
+      report_.passes.back().count = gbuffer_.triangles_drawn;
+      return absl::OkStatus();
+    }));
+    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, {}).cpu_receivers) {
+      RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
+        receivers_.on_cpu = &cpu_receivers_;
+        return absl::OkStatus();
+      }));
+    }
+    if (view.shows_data) RETURN_IF_ERROR(ReadData());
+    if (view.shows_frame) {
+      RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
+        if (HasCatcher()) {
+          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, gbuffer_, request_));
+        }
+        return absl::OkStatus();
+      }));
+    }
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name));
+    if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
+    return Timed(name + "finish_frame", &report_.shade_ms, [&] {
+      const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
+      return samples_.Add(draw_, frame_, HasCatcher() ? &catcher : nullptr, request_);
+    });
   }
 
-  void DescribePlan() {
-    DescribeMethod();
-    if (!plan_.draws_gbuffer) Skip("gbuffer", plan_.gbuffer_reason);
-    if (!plan_.needs_shading) Skip("shade", "only visibility is asked");
-    if (!plan_.needs_textures) Skip("textures", "no output needs them");
-    if (Wants(OutputKind::kVisibility)) {
-      visibility_ = Image(request_.width, request_.height, int(request_.lights.size()));
+  absl::Status ReadData() {
+    for (const OutputKind kind : request_.outputs) {
+      if (kind == OutputKind::kFrame || images_.contains(kind)) continue;
+      RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(images_[kind], ReadDataImage(draw_, kind, gbuffer_, request_.camera));
+        return absl::OkStatus();
+      }));
     }
+    return absl::OkStatus();
   }
+
+  bool HasCatcher() const { return request_.ground && request_.ground->is_shadow_catcher; }
 
   bool Wants(OutputKind kind) const {
     return std::find(request_.outputs.begin(), request_.outputs.end(), kind) != request_.outputs.end();
   }
 
-  void Skip(const std::string& name, const std::string& reason) {
-    report_.passes.push_back({.name = name, .is_skipped = true, .reason = reason});
-  }
-
-  // Runs one pass, waits for it, and books its wall time.
-  template <typename Pass>
-  absl::Status Timed(const std::string& name, double* stage_ms, Pass pass) {
-    const Stopwatch stopwatch;
-    report_.passes.push_back({.name = name});
-    const size_t index = report_.passes.size() - 1;
-    RETURN_IF_ERROR(pass());
-    RETURN_IF_ERROR(draw_.pacer->Finish());
-    report_.passes[index].ms = stopwatch.Milliseconds();
-    *stage_ms += report_.passes[index].ms;
-    return absl::OkStatus();
-  }
-
-  static std::string LightName(const LightPlan& plan) {
-    return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
-  }
-
   // One side of a light.
-  absl::Status DrawLight(const LightPlan& plan) {
+  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name) {
     const AreaLight& light = plan.light;
-    const std::string name = LightName(plan);
-    if (plan.outcome != LightOutcome::kCompute) Skip(name + method_.name, plan.reason);
-    if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
-    LightDataCache::Pointer data;
+    const std::string name = view_name + LightName(plan);
+    // Said once, whatever the number of views.
+    if (plan.outcome != LightOutcome::kCompute && view_ == plan_.views.data()) {
+      report_.passes.push_back(SkippedPass(name + method_.name, plan.reason));
+    }
+    if (plan.outcome == LightOutcome::kSkipped || !(view_->shows_frame || Wants(OutputKind::kVisibility))) {
+      return absl::OkStatus();
+    }
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
-    if (computes) {
-      ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data"));
+    gl::ObjectCache<LightData>::Pointer& data = held_light_data_[&plan];
+    if (computes && data == nullptr) {
+      const LightSource source = {scene_name_, scene_, pose_, request_, method_, CountComputed(plan_.lights)};
+      ASSIGN_OR_RETURN(data, PrepareLight(draw_, source, light, name + "light_data", *caches_, report_));
     }
     gl::Texture visibility;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
@@ -194,131 +175,39 @@ class Frame {
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
                           [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
-    if (plan_.needs_shading) {
+    if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
+    if (view_->shows_frame && HasCatcher()) {
+      RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
+        return AddLight(draw_, gbuffer_, receivers_, light, share, request_, unshadowed_);
+      }));
+    }
+    if (view_ == &plan_.views.back()) held_light_data_.erase(&plan);
     return absl::OkStatus();
   }
 
-  // One side of a light, into visibility[point][light].
-  absl::Status QueryLight(const LightPlan& plan, const CpuReceivers& points, std::vector<float>& visibility) {
-    const std::string name = LightName(plan);
-    const bool computes = plan.outcome == LightOutcome::kCompute;
-    if (!computes) Skip(name + method_.name, plan.reason);
-    if (plan.outcome == LightOutcome::kSkipped) return absl::OkStatus();
-    LightDataCache::Pointer data;
-    if (computes) {
-      ASSIGN_OR_RETURN(data, NeedLightData(plan.light, name + "light_data"));
-    }
-    std::vector<float> seen;
-    const auto resolve = [&]() -> absl::Status {
-      OcclusionSum occlusion;
-      if (computes) {
-        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
-        report_.passes.back().count = data->MapsRedrawn();
-      }
-      const OcclusionSum* sum = computes ? &occlusion : nullptr;
-      if (receivers_.points == nullptr || !computes) {
-        seen = FinishVisibilityOnCpu(sum, points, plan.light);
-        return absl::OkStatus();
-      }
-      ASSIGN_OR_RETURN(const gl::Texture finished, FinishVisibility(draw_, sum, receivers_, plan.light));
-      Image pairs(points.width, points.height, 2);
-      RETURN_IF_ERROR(ReadBack(finished, pairs));
-      for (size_t i = 0; i < points.size(); ++i) seen.push_back(pairs.data()[2 * i]);
-      return absl::OkStatus();
-    };
-    RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, resolve));
-    const size_t lights = request_.lights.size();
-    for (size_t i = 0; i < visibility.size() / lights; ++i) {
-      if (!(seen[i] >= 0 && seen[i] <= 1)) {
-        return absl::InternalError(method_.name + ": visibility " + std::to_string(seen[i]) + " at point " +
-                                   std::to_string(i));
-      }
-      float& v = visibility[i * lights + plan.index];
-      v = std::max(v, seen[i]);  // of both sides, one is 0
-    }
-    return absl::OkStatus();
+  template <typename Pass>
+  absl::Status Timed(const std::string& name, double* stage_ms, Pass pass) {
+    return TimedPass(draw_, report_, name, stage_ms, pass);
   }
 
-  // From the cache, or built and kept there.
-  absl::StatusOr<LightDataCache::Pointer> NeedLightData(const AreaLight& light, const std::string& pass) {
-    const std::string key =
-        LightDataKey(scene_name_, request_, light, method_.name, method_.method->LightDataOptions(request_.method));
-    LightDataCache::Pointer data;
-    if (request_.cache == CacheMode::kUse) data = light_data_->Find(key);
-    const bool is_hit = data != nullptr;
-    if (is_hit) {
-      Skip(pass, "cached");
-    } else {
-      RaySceneCache::Pointer ray_scene;
-      if (needs_.ray_scene) {
-        ASSIGN_OR_RETURN(ray_scene, NeedRayScene());
-      }
-      RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
-        LightInputs inputs;
-        if (needs_.maps > 0) {
-          ASSIGN_OR_RETURN(inputs.occluders,
-                           OccludersOnContext::Create(draw_, BuildLightSpaceOccluders(scene_, pose_, light)));
-        }
-        inputs.ray_scene = ray_scene;
-        inputs.light = light;
-        inputs.seed = request_.seed;
-        inputs.max_light_data_bytes = LightDataShare();
-        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
-        report_.passes.back().count = data->MapsDrawn();
-        return absl::OkStatus();
-      }));
-      light_data_->Keep(key, data);
-    }
-    if (const uint64_t redrawn = data->MapsRedrawn(); redrawn > 0) {
-      std::string& reason = report_.passes.back().reason;
-      reason += (reason.empty() ? "" : "; ") + std::to_string(redrawn) +
-                " maps do not fit the light cache: drawn at every resolve";
-    }
-    report_.caches.push_back(
-        {.name = pass, .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
-    return data;
-  }
-
-  absl::StatusOr<RaySceneCache::Pointer> NeedRayScene() {
-    const std::string key = CastersKey(scene_name_, request_);
-    RaySceneCache::Pointer ray_scene = ray_scenes_->Find(key);
-    const bool is_hit = ray_scene != nullptr;
-    if (!is_hit) {
-      RETURN_IF_ERROR(Timed("ray_scene", &report_.light_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(ray_scene, RayScene::Create(scene_, pose_));
-        report_.passes.back().count = ray_scene->triangles().indices.size() / 3;
-        return absl::OkStatus();
-      }));
-      ray_scenes_->Keep(key, ray_scene);
-    }
-    report_.caches.push_back(
-        {.name = "ray_scene", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = ray_scene->SizeBytes()});
-    return ray_scene;
-  }
-
-  // Each light of this request may take as much of the cache, so that the next request finds them all.
-  uint64_t LightDataShare() const { return light_data_->max_bytes() / ComputedLights(); }
-
-  uint64_t ComputedLights() const {
-    return uint64_t(std::count_if(plan_.lights.begin(), plan_.lights.end(),
-                                  [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; }));
-  }
-
-  absl::Status ReadBack(const gl::Texture& texture, Image& image) {
+  absl::Status ReadBack(const gl::Texture& texture, OutputKind kind, int channels) {
+    Image& image = images_[kind] = Image(request_.width, request_.height, channels);
     return texture.ReadFloats(image.data(), image.size());
   }
 
   // Visibility to memory: the image, the shares, the largest sum. A NaN out of a pass is our bug.
   absl::Status Collect(size_t light, const gl::Texture& texture, const OcclusionSum* occlusion) {
     Image pairs(request_.width, request_.height, 2);
-    RETURN_IF_ERROR(ReadBack(texture, pairs));
+    RETURN_IF_ERROR(texture.ReadFloats(pairs.data(), pairs.size()));
     const size_t pixels = size_t(request_.width) * request_.height;
     const size_t channels = request_.lights.size();
-    const bool wants_image = visibility_.size() > 0;
+    const bool wants_image = view_->shows_data && Wants(OutputKind::kVisibility);
+    float* const visibility = wants_image ? images_[OutputKind::kVisibility].data() : nullptr;
     for (size_t i = 0; i < pixels; ++i) {
       const float v = pairs.data()[2 * i];
       const float share = pairs.data()[2 * i + 1];
@@ -327,7 +216,7 @@ class Frame {
                                    std::to_string(i % request_.width) + "," + std::to_string(i / request_.width));
       }
       if (wants_image) {
-        float& image_v = visibility_.data()[i * channels + light];
+        float& image_v = visibility[i * channels + light];
         image_v = std::max(image_v, v);  // of both sides, one is 0
       }
       if (share <= 0) continue;
@@ -358,18 +247,21 @@ class Frame {
   const DrawContext& draw_;
   const std::string& scene_name_;
   const FlatScene& scene_;
-  const RenderRequest& request_;
+  RenderRequest request_;  // its camera: the view's
+  const Camera camera_;
   const RegisteredMethod& method_;
-  const MethodNeeds needs_;
-  LightDataCache* light_data_;
-  RaySceneCache* ray_scenes_;
-  CpuReceivers cpu_receivers_;
+  LightCaches* caches_;
   Pose pose_;
   FramePlan plan_;
+  const ViewPlan* view_ = nullptr;  // that is drawn
   GBuffer gbuffer_;
   Receivers receivers_;
+  CpuReceivers cpu_receivers_;
   gl::Texture frame_;
-  Image visibility_;
+  gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
+  FrameSamples samples_;
+  std::map<const LightPlan*, gl::ObjectCache<LightData>::Pointer> held_light_data_;  // what later views need
+  std::map<OutputKind, Image> images_;
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
   RenderReport report_;
 };
@@ -381,8 +273,8 @@ class ContextRenderer : public Renderer {
         programs_(context),
         decoder_(std::move(decoder)),
         scenes_(memory.scene_bytes),
-        light_data_(memory.light_data_bytes),
-        ray_scenes_(memory.ray_scene_bytes) {}
+        lights_{gl::ObjectCache<LightData>(memory.light_data_bytes),
+                gl::ObjectCache<const RayScene>(memory.ray_scene_bytes)} {}
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
@@ -395,37 +287,39 @@ class ContextRenderer : public Renderer {
                                               const RenderRequest& request, const QueryPoints& points,
                                               const StopCheck& stop) override {
     gl::Pacer pacer(*context_, stop);
-    const DrawContext draw = {context_, &programs_, &pacer};
-    auto result = Frame(draw, scene_name, scene, request, &light_data_, &ray_scenes_)
-                      .Query(MakePointReceivers(points.points_ws, points.normals_ws), points.points_ws.size());
+    auto result = QueryLights({context_, &programs_, &pacer}, scene_name, scene, request, points, lights_);
     TrimCaches();
     return result;
   }
 
   void ForgetScene(const std::string& scene_name) override {
     scenes_.Forget(SceneKey(scene_name));
-    light_data_.Forget(LightDataPrefix(scene_name));
-    ray_scenes_.Forget(LightDataPrefix(scene_name));
+    lights_.light_data.Forget(LightDataPrefix(scene_name));
+    lights_.ray_scenes.Forget(LightDataPrefix(scene_name));
   }
 
   std::vector<CacheReport> Caches() const override {
-    return {{"scene_on_context", scenes_.hits(), scenes_.misses(), scenes_.bytes()},
-            {"light_data", light_data_.hits(), light_data_.misses(), light_data_.bytes()},
-            {"ray_scene", ray_scenes_.hits(), ray_scenes_.misses(), ray_scenes_.bytes()}};
+    return {CacheOf("scene_on_context", scenes_), CacheOf("light_data", lights_.light_data),
+            CacheOf("ray_scene", lights_.ray_scenes)};
   }
 
   void ForgetEverything() {
     scenes_.Clear();
-    light_data_.Clear();
-    ray_scenes_.Clear();
+    lights_.light_data.Clear();
+    lights_.ray_scenes.Clear();
   }
 
  private:
   // Nothing is in use any more.
   void TrimCaches() {
     scenes_.Trim();
-    light_data_.Trim();
-    ray_scenes_.Trim();
+    lights_.light_data.Trim();
+    lights_.ray_scenes.Trim();
+  }
+
+  template <typename Cache>
+  static CacheReport CacheOf(const char* name, const Cache& cache) {
+    return {name, cache.hits(), cache.misses(), cache.bytes()};
   }
 
   // The beginning of no other scene's.
@@ -442,11 +336,11 @@ class ContextRenderer : public Renderer {
       ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene_name, scene, request, &light_data_, &ray_scenes_);
+    Frame frame(draw, scene_name, scene, request, &lights_);
     const absl::Status status = frame.Draw(*on_context, decoder_);
     scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
     RETURN_IF_ERROR(status);
-    ASSIGN_OR_RETURN(RenderResult result, frame.TakeResult());
+    RenderResult result = frame.TakeResult();
     result.report.upload_ms += upload_ms;
     result.report.caches.push_back({.name = "scene_on_context",
                                     .hits = uint64_t(!is_new),
@@ -459,11 +353,22 @@ class ContextRenderer : public Renderer {
   gl::ProgramCache programs_;
   ImageDecoder decoder_;
   gl::ObjectCache<SceneOnContext> scenes_;
-  LightDataCache light_data_;
-  RaySceneCache ray_scenes_;
+  LightCaches lights_;
 };
 
 }  // namespace
+
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request) {
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
+  const FramePlan plan = PlanFrame(scene, pose, request);
+  const RegisteredMethod& method = FindMethod(request.method);
+  RenderReport report = DescribePlan(plan, request, method);
+  for (const LightPlan& light : plan.lights) {
+    if (light.outcome == LightOutcome::kCompute) continue;
+    report.passes.push_back(SkippedPass(LightName(light) + method.name, light.reason));
+  }
+  return report;
+}
 
 absl::StatusOr<QueryResult> Renderer::QueryVisibility(const std::string&, const FlatScene&, const RenderRequest&,
                                                       const QueryPoints&, const StopCheck&) {

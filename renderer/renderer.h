@@ -46,7 +46,8 @@ struct QueryResult {
 };
 
 // What may stay with a context between calls, in GL's memory or, of ray scenes, in the process's. What a call itself
-// needs comes on top: its scene and one light's data where they are not kept, and the textures of its frame.
+// needs comes on top: its scene and one light's data where they are not kept (with several samples a pixel all lights',
+// light_data_bytes together), and the textures of its frame.
 struct ContextMemory {
   uint64_t scene_bytes = 1ull << 30;         // buffers and textures of scenes
   uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights
@@ -80,6 +81,10 @@ class Renderer {
   // What stays on the context now, and how often it was found since the start.
   virtual std::vector<CacheReport> Caches() const { return {}; }
 };
+
+// What is known before drawing: method, options, reason, and the skips that the scene proves. Pure, on any thread.
+// INVALID_ARGUMENT where only the scene tells (scene_index).
+absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request);
 
 // "hard", "multi_map": what RenderRequest::method may hold, by proto field name.
 std::vector<std::string> RegisteredMethods();

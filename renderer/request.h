@@ -16,8 +16,9 @@ namespace halfshade {
 
 // right, up, forward are orthonormal and right-handed: cross(right, up) = -forward.
 // A pixel (x, y) of width x height looks along
-//   forward + ((2 (x + .5) / width - 1) aspect right + (1 - 2 (y + .5) / height) up) tan_half_fovy
-// from eye_ws (perspective), or along forward from the matching point of the image plane (orthographic).
+//   forward + ((ndc_x + shift_ndc.x) aspect right + (ndc_y + shift_ndc.y) up) tan_half_fovy
+// with ndc_x = 2 (x + .5) / width - 1, ndc_y = 1 - 2 (y + .5) / height, from eye_ws (perspective), or along forward
+// from the matching point of the image plane (orthographic).
 struct Camera {
   glm::dvec3 eye_ws{0, 0, 1};
   glm::dvec3 right_ws{1, 0, 0};
@@ -27,8 +28,9 @@ struct Camera {
   bool is_orthographic = false;
   double tan_half_fovy = 0.4;  // perspective
   double ortho_height_m = 1;   // orthographic: full height of the view
-  double near_m = 0.01;        // > 0
+  double near_m = 0.01;        // > 0; orthographic: >= 0
   double far_m = 0;            // 0: infinite
+  glm::dvec2 shift_ndc{0};     // perspective: of the picture's middle from the axis (math/camera.h: ShiftedCamera)
 };
 
 // A rectangle (or, with one zero edge, a line; with two, a point) that emits toward normal_ws.
@@ -47,8 +49,8 @@ struct AreaLight {
 
 struct Ground {
   double height_m = 0;
-  double size_m = 1;  // full edge
-  bool is_shadow_catcher = false;
+  double size_m = 1;               // full edge
+  bool is_shadow_catcher = false;  // FRAME shows its shadow alone, over nothing (renderer/shade/README.md)
 };
 
 // A change to one node of the scene. What is false for a node is false for all below it, as visibility is in
@@ -76,18 +78,26 @@ struct RayOptions {
 using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions>;
 
 enum class OutputKind : uint8_t {
-  kFrame,       // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) and coverage
+  // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher
+  // over nothing: RGB is premultiplied by alpha.
+  kFrame,
   kVisibility,  // [h][w][lights] v in [0,1], 1 = lit
-  kDepth,
-  kNormal,
-  kAlbedo,
-  kObjectId,
-  kPosition,
+  // Sampled at pixel centres, 0 in every channel where nothing is drawn:
+  kDepth,     // [h][w][1] metres along the camera's axis
+  kNormal,    // [h][w][3] unit, world axes, as shading uses it: turned with the side that the camera sees
+  kAlbedo,    // [h][w][3] linear base colour
+  kObjectId,  // [h][w][1] node index + 1; the ground: node count + 1. Whole numbers, exact to 2^24
+  kPosition,  // [h][w][3] metres, world
   kSoftShadowMap,
   kPenumbraWidth,
 };
 
-enum class ToneMap : uint8_t { kNone, kAces, kNeutral };
+// How colours that are brighter than a display become ones that it shows (shaders/shade/tone_map.glsl).
+enum class ToneMap : uint8_t {
+  kNone,     // as they are: encodings of whole numbers clamp, floats keep what is over 1
+  kAces,     // Hill's fit of the ACES reference and output transforms (sRGB, 100 nits)
+  kNeutral,  // Khronos PBR Neutral
+};
 
 struct Shading {
   glm::vec3 ambient{0.03f};  // radiance that reaches every point from everywhere
@@ -108,7 +118,7 @@ struct RenderRequest {
   Camera camera;
   int width = 1280;
   int height = 720;
-  int samples = 1;
+  int samples = 1;  // 1, 4 or 8 a pixel, for FRAME
   std::vector<AreaLight> lights;
   MethodOptions method;
   std::string method_reason;  // why this method, for the report

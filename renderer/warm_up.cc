@@ -56,6 +56,9 @@ absl::Status WarmUp(Renderer& renderer) {
       RETURN_IF_ERROR(renderer.Render(name, scene, request, [] { return absl::OkStatus(); }).status());
     }
   }
+  request.outputs = {OutputKind::kFrame, OutputKind::kObjectId};
+  request.ground->is_shadow_catcher = true;
+  RETURN_IF_ERROR(renderer.Render(name, scene, request, [] { return absl::OkStatus(); }).status());
   return absl::OkStatus();
 }
 

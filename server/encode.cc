@@ -6,22 +6,26 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
-#include <cmath>
-#include <vector>
+#include <cstring>
+#include <map>
+#include <optional>
 
-#include "renderer/image/srgb.h"
 #include "renderer/status.h"
 #include "server/digest.h"
+#include "server/samples.h"
 
 namespace halfshade {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "raw files are little-endian");
+static_assert(std::endian::native == std::endian::little, "raw files and digests are little-endian");
 
 // zlib's level. Frames of soft shadows at 1280x720 (bunny, plant, colonnade): level 1 is about twice as fast as the
 // usual 6 and 27 to 33 % larger, 0.20 to 0.27 MB; level 3 is 6 to 8 % smaller than 1 and a fifth slower. A service
 // waits for its encoder more often than for its network.
 constexpr int kPngLevel = 1;
+constexpr int kJpegQuality = 95;
+// Rows that are converted, digested and encoded at a time: a multiple of the 16 of EXR's zip, few enough to stop soon.
+constexpr int kStripRows = 64;
 
 class Stopwatch {
  public:
@@ -33,76 +37,206 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-std::vector<uint8_t> FrameToSrgb8(const Image& image) {
-  std::vector<uint8_t> pixels(size_t(image.width()) * image.height() * 3);
-  for (size_t i = 0; i < pixels.size() / 3; ++i) {
-    for (size_t c = 0; c < 3; ++c) pixels[3 * i + c] = LinearToSrgb8(image.data()[4 * i + c]);
+// Where OpenImageIO writes: straight into a string, which may be sought in (EXR writes its table of offsets last).
+class StringOutput final : public OIIO::Filesystem::IOProxy {
+ public:
+  explicit StringOutput(std::string* bytes) : IOProxy("", Write), bytes_(bytes) {}
+  const char* proxytype() const override { return "string"; }
+  size_t write(const void* data, size_t size) override {
+    const size_t written = pwrite(data, size, m_pos);
+    m_pos += int64_t(written);
+    return written;
+  }
+  size_t pwrite(const void* data, size_t size, int64_t offset) override {
+    if (offset < 0) return 0;
+    if (bytes_->size() < size_t(offset) + size) bytes_->resize(size_t(offset) + size);
+    std::memcpy(bytes_->data() + offset, data, size);
+    return size;
+  }
+  size_t size() const override { return bytes_->size(); }
+
+ private:
+  std::string* bytes_;
+};
+
+// An image on its way into a file, alone or as a layer.
+struct Part {
+  const Image* image;
+  const OutputFormat* format;
+  EncodedOutput* out;
+  Sha256 sha{};
+  std::vector<std::byte> strip{};
+
+  size_t PixelBytes() const { return format->channels.size() * SampleBytes(format->sample); }
+};
+
+OIIO::TypeDesc TypeOf(SampleType type) {
+  switch (type) {
+    case SampleType::kUint8:
+      return OIIO::TypeDesc::UINT8;
+    case SampleType::kUint16:
+      return OIIO::TypeDesc::UINT16;
+    case SampleType::kHalf:
+      return OIIO::TypeDesc::HALF;
+    case SampleType::kFloat:
+      break;
+  }
+  return OIIO::TypeDesc::FLOAT;
+}
+
+const char* FileName(Encoding encoding) {
+  switch (encoding) {
+    case Encoding::kPng:
+      return "out.png";
+    case Encoding::kJpeg:
+      return "out.jpg";
+    case Encoding::kTiff:
+      return "out.tif";
+    default:
+      return "out.exr";
+  }
+}
+
+OIIO::ImageSpec SpecOf(const std::vector<Part>& parts) {
+  const OutputFormat& first = *parts[0].format;
+  OIIO::ImageSpec spec(parts[0].image->width(), parts[0].image->height(), 0, TypeOf(first.sample));
+  spec.channelnames.clear();
+  for (const Part& part : parts) {
+    for (const std::string& name : part.format->channels) {
+      spec.channelnames.push_back(name);
+      if (parts.size() > 1) spec.channelformats.push_back(TypeOf(part.format->sample));
+    }
+  }
+  spec.nchannels = int(spec.channelnames.size());
+  const bool has_alpha = first.transfer == Transfer::kSrgb && spec.nchannels == 4;
+  spec.alpha_channel = has_alpha ? 3 : -1;
+  spec.z_channel = -1;
+  // Pixels come as the file is to hold them.
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  if (first.encoding == Encoding::kPng) {
+    spec.attribute("png:compressionLevel", kPngLevel);
+    // To the other formats a colour space says nothing, and makes OpenImageIO 2.4 write an EXIF directory after which a
+    // TIFF's header points to the wrong one.
+    if (first.transfer != Transfer::kSrgb) spec.attribute("oiio:ColorSpace", "linear");
+  }
+  // "Unknown", in place of the time of writing, which TIFF and EXR get else: the same image gives the same bytes.
+  if (first.encoding == Encoding::kTiff || IsExr(first.encoding)) {
+    spec.attribute("DateTime", "0000:00:00 00:00:00");
+    spec.attribute("compression", "zip");
+  }
+  if (first.encoding == Encoding::kJpeg) spec.attribute("compression", "jpeg:" + std::to_string(kJpegQuality));
+  return spec;
+}
+
+// Converts and digests rows [begin, end) of every part; the digest's time goes to the part.
+absl::Status TakeStrip(std::vector<Part>& parts, int begin, int end) {
+  for (Part& part : parts) {
+    part.strip.resize(size_t(end - begin) * size_t(part.image->width()) * part.PixelBytes());
+    RETURN_IF_ERROR(ConvertRows(*part.image, *part.format, begin, end, part.strip.data()));
+    const Stopwatch watch;
+    part.sha.Add(part.strip.data(), part.strip.size());
+    part.out->digest_ms += watch.Milliseconds();
+  }
+  return absl::OkStatus();
+}
+
+// The parts' strips pixel by pixel.
+std::vector<std::byte> Interleave(const std::vector<Part>& parts) {
+  size_t total = 0;
+  for (const Part& part : parts) total += part.strip.size();
+  std::vector<std::byte> pixels(total);
+  std::byte* to = pixels.data();
+  const size_t count = parts[0].strip.size() / parts[0].PixelBytes();
+  for (size_t i = 0; i < count; ++i) {
+    for (const Part& part : parts) {
+      const size_t size = part.PixelBytes();
+      std::memcpy(to, part.strip.data() + i * size, size);
+      to += size;
+    }
   }
   return pixels;
 }
 
-std::vector<uint16_t> ToUnorm16(const Image& image) {
-  std::vector<uint16_t> values(image.size());
-  for (size_t i = 0; i < image.size(); ++i) {
-    values[i] = uint16_t(std::lround(std::clamp(image.data()[i], 0.0f, 1.0f) * 65535.0f));
+// Calls write(begin, end) on one strip after the other.
+template <typename WriteStrip>
+absl::Status ForEachStrip(std::vector<Part>& parts, const StopCheck& stop, WriteStrip write) {
+  const int height = parts[0].image->height();
+  for (int begin = 0; begin < height; begin += kStripRows) {
+    RETURN_IF_ERROR(stop());
+    const int end = std::min(height, begin + kStripRows);
+    RETURN_IF_ERROR(TakeStrip(parts, begin, end));
+    RETURN_IF_ERROR(write(begin, end));
   }
-  return values;
+  return absl::OkStatus();
 }
 
-template <typename Sample>
-absl::Status WritePng(const Image& image, const std::vector<Sample>& samples, EncodedImage2D* out) {
-  const Stopwatch digest_watch;
-  out->pixel_sha256 = Sha256Hex(samples.data(), samples.size() * sizeof(Sample));
-  out->digest_ms = digest_watch.Milliseconds();
-  const auto type = sizeof(Sample) == 1 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16;
-  OIIO::ImageSpec spec(image.width(), image.height(), out->channels, type);
-  spec.attribute("png:compressionLevel", kPngLevel);
-  if (sizeof(Sample) == 2) spec.attribute("oiio:ColorSpace", "linear");
+absl::Status WriteRaw(std::vector<Part>& parts, const StopCheck& stop) {
+  std::string& bytes = parts[0].out->bytes;
+  bytes.reserve(UncompressedBytes(*parts[0].format, parts[0].image->width(), parts[0].image->height()));
+  return ForEachStrip(parts, stop, [&](int, int) {
+    bytes.append(reinterpret_cast<const char*>(parts[0].strip.data()), parts[0].strip.size());
+    return absl::OkStatus();
+  });
+}
+
+absl::Status WriteFile(std::vector<Part>& parts, const StopCheck& stop) {
+  const char* name = FileName(parts[0].format->encoding);
+  const OIIO::ImageSpec spec = SpecOf(parts);
+  StringOutput sink(&parts[0].out->bytes);
+  const auto file = OIIO::ImageOutput::create(name, &sink);
+  if (file == nullptr || !file->supports("ioproxy")) {
+    return absl::InternalError(std::string("encode: OpenImageIO has no writer for ") + name);
+  }
+  const auto failed = [&] { return absl::InternalError("encode: " + file->geterror()); };
+  if (!file->open(name, spec)) return failed();
+  RETURN_IF_ERROR(ForEachStrip(parts, stop, [&](int begin, int end) {
+    // Several parts have sample types of their own, and "unknown" is each channel's own.
+    const bool is_ok = parts.size() == 1 ? file->write_scanlines(begin, end, 0, spec.format, parts[0].strip.data())
+                                         : file->write_scanlines(begin, end, 0, OIIO::TypeDesc(OIIO::TypeDesc::UNKNOWN),
+                                                                 Interleave(parts).data());
+    return is_ok ? absl::OkStatus() : failed();
+  }));
+  return file->close() ? absl::OkStatus() : failed();
+}
+
+absl::Status EncodeFile(std::vector<Part> parts, const StopCheck& stop) {
+  const Stopwatch watch;
+  const Encoding encoding = parts[0].format->encoding;
   try {
-    std::vector<unsigned char> bytes;
-    OIIO::Filesystem::IOVecOutput sink(bytes);
-    const auto png = OIIO::ImageOutput::create("out.png");
-    if (png == nullptr) return absl::InternalError("encode: OpenImageIO has no PNG writer");
-    png->set_ioproxy(&sink);
-    if (!png->open("out.png", spec) || !png->write_image(type, samples.data()) || !png->close()) {
-      return absl::InternalError("encode: " + png->geterror());
-    }
-    out->bytes.assign(bytes.begin(), bytes.end());
+    const bool is_raw = encoding == Encoding::kRawF32 || encoding == Encoding::kRawF16;
+    RETURN_IF_ERROR(is_raw ? WriteRaw(parts, stop) : WriteFile(parts, stop));
   } catch (const std::exception& error) {
     return absl::InternalError(std::string("encode: ") + error.what());
   }
+  double digest_ms = 0;
+  for (Part& part : parts) {
+    part.out->pixel_sha256 = part.sha.FinishHex();
+    digest_ms += part.out->digest_ms;
+  }
+  parts[0].out->encode_ms = watch.Milliseconds() - digest_ms;
   return absl::OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<EncodedImage2D> Encode(const RenderedImage& rendered, Encoding encoding) {
-  const Image& image = rendered.image;
-  if (std::any_of(image.data(), image.data() + image.size(), [](float value) { return std::isnan(value); })) {
-    return absl::InternalError("encode: the image holds a NaN");
+absl::StatusOr<std::vector<EncodedOutput>> Encode(std::vector<RenderedImage> images,
+                                                  const std::vector<OutputFormat>& formats, const StopCheck& stop) {
+  // Which images share a file, by that file's first.
+  std::map<size_t, std::vector<size_t>> files;
+  std::optional<size_t> first_layer;
+  for (size_t i = 0; i < images.size(); ++i) {
+    const bool is_layer = !formats[i].layer.empty();
+    if (is_layer && !first_layer) first_layer = i;
+    files[is_layer ? *first_layer : i].push_back(i);
   }
-  const Stopwatch watch;
-  EncodedImage2D result;
-  result.channels = image.channels();
-  if (encoding == Encoding::kRawF32) {
-    const Stopwatch digest_watch;
-    result.pixel_sha256 = Sha256Hex(image.data(), image.size() * sizeof(float));
-    result.digest_ms = digest_watch.Milliseconds();
-    result.bytes.assign(reinterpret_cast<const char*>(image.data()), image.size() * sizeof(float));
-  } else if (rendered.kind == OutputKind::kFrame) {
-    result.channels = 3;
-    RETURN_IF_ERROR(WritePng(image, FrameToSrgb8(image), &result));
-  } else {
-    RETURN_IF_ERROR(WritePng(image, ToUnorm16(image), &result));
+  std::vector<EncodedOutput> outputs(images.size());
+  for (const auto& [first, members] : files) {
+    std::vector<Part> parts;
+    for (const size_t i : members) parts.push_back({&images[i].image, &formats[i], &outputs[i]});
+    RETURN_IF_ERROR(EncodeFile(std::move(parts), stop));
+    for (const size_t i : members) images[i].image = Image();
   }
-  result.encode_ms = watch.Milliseconds() - result.digest_ms;
-  return result;
-}
-
-uint64_t UncompressedBytes(OutputKind kind, Encoding encoding, int width, int height, int lights) {
-  const uint64_t pixels = uint64_t(width) * uint64_t(height);
-  if (encoding == Encoding::kRawF32) return pixels * 4 * (kind == OutputKind::kFrame ? 4 : uint64_t(lights));
-  return pixels * (kind == OutputKind::kFrame ? 3 : 2 * uint64_t(lights));
+  return outputs;
 }
 
 }  // namespace halfshade

@@ -1,31 +1,30 @@
-// Images to files' bytes. Runs on the CPU pool, not on a GL thread; thread-safe. The same image gives the same bytes.
+// Images to files' bytes. Runs on the encode pool, never on a GL thread; thread-safe. The same image gives the same
+// bytes. output_format.h says what each kind becomes.
 #pragma once
 
 #include <absl/status/statusor.h>
 
-#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "renderer/renderer.h"
+#include "server/output_format.h"
 
 namespace halfshade {
 
-enum class Encoding : uint8_t { kPng, kRawF32 };
-
-struct EncodedImage2D {
+struct EncodedOutput {
   std::string bytes;
-  int channels = 0;  // as encoded: a FRAME's PNG has no alpha
-  std::string
-      pixel_sha256;  // of the pixels as given to the encoder: sample type, little-endian, [row][column][channel]
+  // Of the pixels as given to the encoder: sample type, little-endian, [row][column][channel].
+  std::string pixel_sha256;
   double encode_ms = 0;
   double digest_ms = 0;
 };
 
-// FRAME as PNG: 8 bit sRGB without alpha. VISIBILITY as PNG: 16 bit, linear, 1 to 4 channels. RAW_F32: every channel as
-// it is. INTERNAL for a NaN in the image or an encoder that fails.
-absl::StatusOr<EncodedImage2D> Encode(const RenderedImage& rendered, Encoding encoding);
-
-// What Encode will give the encoder, in bytes: known before drawing. `lights`: channels of VISIBILITY.
-uint64_t UncompressedBytes(OutputKind kind, Encoding encoding, int width, int height, int lights);
+// images[i] by formats[i]. Images that have a layer become one multi-layer EXR: the first of them carries it, the
+// others have no bytes. Every image is freed when it is encoded. Errors: what `stop` returns, which is asked every few
+// rows; INVALID_ARGUMENT for whole numbers too large for the encoding; INTERNAL for a NaN in an image or an encoder
+// that fails.
+absl::StatusOr<std::vector<EncodedOutput>> Encode(std::vector<RenderedImage> images,
+                                                  const std::vector<OutputFormat>& formats, const StopCheck& stop);
 
 }  // namespace halfshade

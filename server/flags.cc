@@ -58,6 +58,14 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   app.add_option("--grace-s", options.grace_s, "after SIGTERM: time for calls under way")->check(CLI::Range(0, 3600));
   app.add_option("--lame-duck-s", options.lame_duck_s, "after SIGTERM: NOT_SERVING, still taking calls")
       ->check(CLI::Range(0, 3600));
+  app.add_option("--in-flight-mb", options.in_flight_mb,
+                 "images that are drawn, encoded or sent at the same time, before compression")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1 << 20));
+  app.add_option("--stream-stall-s", options.stream_stall_s,
+                 "a reader of RenderStream that takes nothing for so long is dropped")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 3600));
   bool insecure_bind = false;
   app.add_flag("--insecure-bind", insecure_bind, "allow an address beyond loopback without TLS and token");
   app.add_option("--log-level", flags->log_level, "trace, debug, info, warn, error, off")

@@ -21,8 +21,10 @@ struct ServerOptions {
   uint64_t light_cache_mb = 512;  // light data in GL memory, likewise
   gl::ContextOptions gl;
   int contexts = 1;
-  int grace_s = 30;     // how long calls in flight may take once draining
-  int lame_duck_s = 0;  // NOT_SERVING but still taking calls, before the grace begins
+  int grace_s = 30;              // how long calls in flight may take once draining
+  uint64_t in_flight_mb = 2048;  // images drawn, encoded or sent at the same time, before compression
+  int stream_stall_s = 30;       // a reader of RenderStream that takes nothing for so long is dropped
+  int lame_duck_s = 0;           // NOT_SERVING but still taking calls, before the grace begins
   Limits limits;
   RendererFactory renderer_factory;  // empty: a GL context and its renderer; tests give a fake
 };

@@ -39,7 +39,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
     alarm_->Set(deadline_, [self = shared_from_this()](bool is_due) {
       if (is_due) self->GiveUp(absl::DeadlineExceededError("the deadline passed"));
     });
-    plant_->pool->Run([self = shared_from_this()] { self->Prepare(); });
+    plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, context_->peer());
   }
 
   void OnCancel() override { GiveUp(absl::CancelledError("cancelled by the client")); }

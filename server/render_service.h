@@ -1,29 +1,10 @@
-// RenderService: a call goes from its handler to the CPU pool (scene, validation), to the render queue, to a GL thread,
-// back to the CPU pool (encoding) and out. It is finished exactly once, by whichever comes first: its result, its
-// deadline (an alarm, not the next dequeue), or its cancellation.
+// RenderService: one call object per rpc (server/render_call.h tells their story).
 #pragma once
 
-#include <atomic>
-#include <cstdint>
-
 #include "halfshade/v1/render.grpc.pb.h"
-#include "server/admission.h"
-#include "server/cpu_pool.h"
-#include "server/limits.h"
-#include "server/scene_catalog.h"
+#include "server/render_call.h"
 
 namespace halfshade {
-
-// What the handlers share; all outlives the service.
-struct RenderPlant {
-  SceneCatalog* catalog = nullptr;
-  CpuPool* pool = nullptr;
-  RenderQueue* queue = nullptr;
-  Limits limits;
-  std::atomic<bool> is_stopping{false};  // renders under way give up
-  std::atomic<uint64_t> renders_ok{0};
-  std::atomic<uint64_t> renders_failed{0};
-};
 
 class RenderServiceImpl final : public v1::RenderService::CallbackService {
  public:

@@ -1,9 +1,19 @@
 #include "server/report_to_proto.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <cstring>
 
 namespace halfshade {
 namespace {
+
+// In the order of renderer's OutputKind.
+constexpr v1::OutputKind kKinds[] = {
+    v1::OUTPUT_KIND_FRAME,    v1::OUTPUT_KIND_VISIBILITY,      v1::OUTPUT_KIND_DEPTH,
+    v1::OUTPUT_KIND_NORMAL,   v1::OUTPUT_KIND_ALBEDO,          v1::OUTPUT_KIND_OBJECT_ID,
+    v1::OUTPUT_KIND_POSITION, v1::OUTPUT_KIND_SOFT_SHADOW_MAP, v1::OUTPUT_KIND_PENUMBRA_WIDTH};
+static_assert(kKinds[int(OutputKind::kPenumbraWidth)] == v1::OUTPUT_KIND_PENUMBRA_WIDTH);
+static_assert(int(Encoding::kPng) == v1::ENCODING_PNG && int(Encoding::kRawF16) == v1::ENCODING_RAW_F16);
 
 // Options arrive by proto field name: written through reflection into the method's own message.
 void SetOptions(const RenderReport& report, v1::Method* method) {
@@ -65,5 +75,24 @@ v1::RenderReport ToProto(const RenderReport& report) {
   }
   return proto;
 }
+
+v1::OutputKind ToProto(OutputKind kind) { return kKinds[int(kind)]; }
+v1::Encoding ToProto(Encoding encoding) { return v1::Encoding(int(encoding)); }
+
+std::optional<OutputKind> FromProto(v1::OutputKind kind) {
+  if (kind == v1::OUTPUT_KIND_UNSPECIFIED) return OutputKind::kFrame;
+  const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind);
+  if (found == std::end(kKinds)) return std::nullopt;
+  return OutputKind(found - std::begin(kKinds));
+}
+
+std::optional<Encoding> FromProto(v1::Encoding encoding) {
+  if (encoding == v1::ENCODING_UNSPECIFIED) return Encoding::kPng;
+  if (!v1::Encoding_IsValid(encoding)) return std::nullopt;
+  return Encoding(int(encoding));
+}
+
+std::string ShortName(v1::OutputKind kind) { return v1::OutputKind_Name(kind).substr(std::strlen("OUTPUT_KIND_")); }
+std::string ShortName(v1::Encoding encoding) { return v1::Encoding_Name(encoding).substr(std::strlen("ENCODING_")); }
 
 }  // namespace halfshade

@@ -21,6 +21,7 @@
 namespace halfshade {
 namespace {
 
+// They wait for the disk more than they compute.
 constexpr int kPoolThreads = 2;
 
 void SetLimits(const Limits& limits, v1::Limits* out) {
@@ -61,14 +62,16 @@ class WiredServer final : public Server {
       : options_(options),
         cache_(options.scene_cache_mb << 20, [this](const std::string& name) { workers_.ForgetScene(name); }),
         queue_(options.limits.queue, options.contexts),
-        pool_(kPoolThreads) {}
+        in_flight_(options.in_flight_mb << 20),
+        pool_(kPoolThreads),
+        encode_pool_(gl::AvailableCpus()) {}
 
   ~WiredServer() override {
     plant_.is_stopping = true;
     is_ready_ = false;
     if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
     queue_.Close();
-    // First gRPC, then the contexts; then the pool that they hand results to, which may still tell them to forget a
+    // First gRPC, then the contexts; then the pools that they hand results to, which may still tell them to forget a
     // scene.
     server_.reset();
     workers_.Join();
@@ -83,6 +86,9 @@ class WiredServer final : public Server {
     catalog_ = std::make_unique<SceneCatalog>(store_.get(), &cache_, options_.limits);
     plant_.catalog = catalog_.get();
     plant_.pool = &pool_;
+    plant_.encode_pool = &encode_pool_;
+    plant_.in_flight = &in_flight_;
+    plant_.stream_stall = std::chrono::seconds(options_.stream_stall_s);
     plant_.queue = &queue_;
     plant_.limits = options_.limits;
     scene_service_ = std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &pool_, options_.limits);
@@ -119,7 +125,7 @@ class WiredServer final : public Server {
     SetLimits(options_.limits, info.mutable_limits());
     for (const std::string& method : RegisteredMethods()) info.add_methods(method);
     for (const char* feature : {"find_missing_blobs", "upload_blob", "create_scene", "get_scene", "list_scenes",
-                                "delete_scene", "render", "get_server_info", "get_statistics"}) {
+                                "delete_scene", "render", "render_stream", "get_server_info", "get_statistics"}) {
       info.add_features(feature);
     }
     return info;
@@ -157,8 +163,10 @@ class WiredServer final : public Server {
   std::unique_ptr<SceneCatalog> catalog_;
   RenderPlant plant_;
   RenderQueue queue_;
-  GlWorkerPool workers_;  // outlives the pool
+  ByteBudget in_flight_;
+  GlWorkerPool workers_;  // outlives the pools
   CpuPool pool_;
+  CpuPool encode_pool_;
   std::unique_ptr<SceneServiceImpl> scene_service_;
   std::unique_ptr<RenderServiceImpl> render_service_;
   std::unique_ptr<ServerServiceImpl> server_service_;

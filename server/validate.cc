@@ -1,12 +1,16 @@
 #include "server/validate.h"
 
+#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "renderer/plan/framing.h"
 #include "renderer/status.h"
 #include "server/digest.h"
+#include "server/report_to_proto.h"
 #include "server/scene_name.h"
 #include "server/validate_field.h"
 
@@ -15,56 +19,49 @@ namespace {
 
 constexpr uint32_t kDefaultWidth = 1280;
 constexpr uint32_t kDefaultHeight = 720;
-constexpr uint32_t kMaxPngChannels = 4;
 
 uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent : value; }
 
 std::string Indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
 
-// "OUTPUT_KIND_DEPTH" -> "DEPTH".
-std::string ShortName(const google::protobuf::EnumDescriptor* type, int value, const std::string& prefix) {
-  const auto* found = type->FindValueByNumber(value);
-  return found == nullptr ? std::to_string(value) : found->name().substr(prefix.size());
+// What the renderer draws.
+bool IsDrawn(OutputKind kind) { return kind != OutputKind::kSoftShadowMap && kind != OutputKind::kPenumbraWidth; }
+
+// The kind and the format of one output. A shadow catcher's FRAME is told by its alpha.
+absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::string& field, const v1::Output& output,
+                                                                int lights, bool is_catcher) {
+  const auto kind = FromProto(output.kind());
+  if (!kind) return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
+  const auto encoding = FromProto(output.encoding());
+  if (!encoding) return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
+  if (!IsDrawn(*kind)) return NotAvailable(field + ".kind", ShortName(ToProto(*kind)));
+  absl::StatusOr<OutputFormat> format = FormatOf(*kind, *encoding, lights, is_catcher);
+  if (!format.ok()) return FieldError(field + ".encoding", std::string(format.status().message()));
+  if (!output.layer().empty()) {
+    const absl::Status status = SetLayer(output.layer(), &*format);
+    if (!status.ok()) {
+      return FieldError(field + ".layer", absl::StrCat("\"", absl::CHexEscape(output.layer().substr(0, 80)), "\"; ",
+                                                       std::string(status.message())));
+    }
+  }
+  return std::pair(*kind, *std::move(format));
 }
 
-struct CheckedOutput {
-  OutputKind kind;
-  Encoding encoding;
-};
-
-absl::StatusOr<CheckedOutput> CheckOutput(const std::string& field, const v1::Output& output, int lights) {
-  CheckedOutput checked{OutputKind::kFrame, Encoding::kPng};
-  if (!v1::OutputKind_IsValid(output.kind())) {
-    return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
+// Layers share a file, in which a channel's name stands once.
+absl::Status CheckLayers(const std::vector<OutputFormat>& formats) {
+  std::map<std::string, size_t> owners;
+  for (size_t i = 0; i < formats.size(); ++i) {
+    if (formats[i].layer.empty()) continue;
+    for (const std::string& channel : formats[i].channels) {
+      const auto [owner, is_new] = owners.emplace(channel, i);
+      if (!is_new) {
+        return FieldError(
+            Indexed("outputs", int(i)) + ".layer",
+            absl::StrCat("\"", formats[i].layer, "\"; outputs[", owner->second, "] has a channel ", channel, " too"));
+      }
+    }
   }
-  if (!v1::Encoding_IsValid(output.encoding())) {
-    return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
-  }
-  switch (output.kind()) {
-    case v1::OUTPUT_KIND_UNSPECIFIED:
-    case v1::OUTPUT_KIND_FRAME:
-      break;
-    case v1::OUTPUT_KIND_VISIBILITY:
-      checked.kind = OutputKind::kVisibility;
-      break;
-    default:
-      return NotAvailable(field + ".kind", ShortName(v1::OutputKind_descriptor(), output.kind(), "OUTPUT_KIND_"));
-  }
-  switch (output.encoding()) {
-    case v1::ENCODING_UNSPECIFIED:
-    case v1::ENCODING_PNG:
-      break;
-    case v1::ENCODING_RAW_F32:
-      checked.encoding = Encoding::kRawF32;
-      break;
-    default:
-      return NotAvailable(field + ".encoding", ShortName(v1::Encoding_descriptor(), output.encoding(), "ENCODING_"));
-  }
-  if (checked.kind == OutputKind::kVisibility && checked.encoding == Encoding::kPng && lights > int(kMaxPngChannels)) {
-    return FieldError(field + ".encoding",
-                      "PNG holds 4 channels, the request has " + std::to_string(lights) + " lights; ask for RAW_F32");
-  }
-  return checked;
+  return absl::OkStatus();
 }
 
 absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
@@ -79,7 +76,6 @@ absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
   if (request.samples() != 0 && request.samples() != 1 && request.samples() != 4 && request.samples() != 8) {
     return FieldError("samples", std::to_string(request.samples()) + "; must be 1, 4 or 8");
   }
-  if (request.samples() > 1) return NotAvailable("samples", std::to_string(request.samples()) + " samples a pixel");
   return absl::OkStatus();
 }
 
@@ -89,7 +85,6 @@ absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request)
   if (request.has_fog()) return NotAvailable("fog", "fog");
   if (request.has_budget()) return NotAvailable("budget", "a budget");
   if (request.has_certify()) return NotAvailable("certify", "measuring the error");
-  if (request.ground().shadow_catcher()) return NotAvailable("ground.shadow_catcher", "a shadow catcher");
   return absl::OkStatus();
 }
 
@@ -112,9 +107,8 @@ absl::Status CheckShading(const v1::Shading& shading, Shading* result) {
   if (!v1::ToneMap_IsValid(shading.tone_map())) {
     return FieldError("shading.tone_map", std::to_string(shading.tone_map()) + "; no such tone map");
   }
-  if (shading.tone_map() > v1::TONE_MAP_NONE) {
-    return NotAvailable("shading.tone_map", ShortName(v1::ToneMap_descriptor(), shading.tone_map(), "TONE_MAP_"));
-  }
+  if (shading.tone_map() == v1::TONE_MAP_ACES) result->tone_map = ToneMap::kAces;
+  if (shading.tone_map() == v1::TONE_MAP_NEUTRAL) result->tone_map = ToneMap::kNeutral;
   return absl::OkStatus();
 }
 
@@ -130,6 +124,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   RETURN_IF_ERROR(CheckNothingIsAskedThatIsNotThere(request));
   plain.width = int(OrDefault(request.width(), kDefaultWidth));
   plain.height = int(OrDefault(request.height(), kDefaultHeight));
+  plain.samples = int(OrDefault(request.samples(), 1));
   plain.seed = request.seed();
   RETURN_IF_ERROR(CheckNodeOverrideFields(request));
   RETURN_IF_ERROR(CheckCameraFields(request.camera()));
@@ -144,7 +139,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   RETURN_IF_ERROR(CheckMethod(request.method(), &plain));
   if (request.has_ground()) {
     RETURN_IF_ERROR(CheckGround(request.ground()));
-    plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), false};
+    plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), request.ground().shadow_catcher()};
   }
   RETURN_IF_ERROR(CheckShading(request.shading(), &plain.shading));
   if (!v1::CacheMode_IsValid(request.cache())) {
@@ -152,19 +147,18 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   }
   if (request.cache() == v1::CACHE_MODE_REFRESH) plain.cache = CacheMode::kRefresh;
   const int lights = std::max(1, request.lights_size());
-  uint64_t reply_bytes = 0;
-  const auto add_output = [&](const CheckedOutput& output) {
-    plain.outputs.push_back(output.kind);
-    result.encodings.push_back(output.encoding);
-    reply_bytes += UncompressedBytes(output.kind, output.encoding, plain.width, plain.height, lights);
-  };
-  if (request.outputs().empty()) add_output({OutputKind::kFrame, Encoding::kPng});
-  for (int i = 0; i < request.outputs_size(); ++i) {
-    ASSIGN_OR_RETURN(const CheckedOutput output, CheckOutput(Indexed("outputs", i), request.outputs(i), lights));
-    add_output(output);
+  const bool is_catcher = request.ground().shadow_catcher();
+  auto outputs = request.outputs();
+  if (outputs.empty()) outputs.Add();
+  for (int i = 0; i < outputs.size(); ++i) {
+    ASSIGN_OR_RETURN(const auto output, CheckOutput(Indexed("outputs", i), outputs[i], lights, is_catcher));
+    plain.outputs.push_back(output.first);
+    result.formats.push_back(output.second);
+    result.reply_bytes += UncompressedBytes(output.second, plain.width, plain.height);
   }
-  if (reply_bytes > limits.render_reply_bytes) {
-    return absl::FailedPreconditionError("outputs: " + std::to_string(reply_bytes) +
+  RETURN_IF_ERROR(CheckLayers(result.formats));
+  if (result.reply_bytes > limits.render_reply_bytes) {
+    return absl::FailedPreconditionError("outputs: " + std::to_string(result.reply_bytes) +
                                          " bytes before compression; Render returns at most " +
                                          std::to_string(limits.render_reply_bytes) + ", use RenderStream");
   }
@@ -241,7 +235,10 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);
   add(request.outputs.size());
-  for (size_t i = 0; i < request.outputs.size(); ++i) add(request.outputs[i], render.encodings[i]);
+  for (size_t i = 0; i < request.outputs.size(); ++i) {
+    add(request.outputs[i], render.formats[i].encoding, render.formats[i].channels.size());
+    add_text(render.formats[i].layer);
+  }
   return sha.FinishHex();
 }
 

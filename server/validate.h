@@ -11,14 +11,15 @@
 #include "renderer/request.h"
 #include "renderer/scene/flat_scene.h"
 #include "renderer/scene/pose.h"
-#include "server/encode.h"
 #include "server/limits.h"
+#include "server/output_format.h"
 
 namespace halfshade {
 
 struct ValidatedRender {
-  RenderRequest request;            // outputs as asked, in order
-  std::vector<Encoding> encodings;  // of request.outputs
+  RenderRequest request;              // outputs as asked, in order
+  std::vector<OutputFormat> formats;  // of request.outputs
+  uint64_t reply_bytes = 0;           // images as the encoder gets them
 };
 
 // What can be told without the scene: run before queueing. INVALID_ARGUMENT; UNIMPLEMENTED naming a field that this

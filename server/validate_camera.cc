@@ -55,6 +55,22 @@ absl::StatusOr<Camera> LookAtCamera(const v1::LookAt& look_at) {
   return camera;
 }
 
+// A file may say what no request may.
+absl::Status CheckSceneCamera(const std::string& field, const Camera& camera, double fovy_rad) {
+  for (int i = 0; i < 3; ++i) {
+    RETURN_IF_ERROR(CheckRange(field + "eye." + "xyz"[i], camera.eye_ws[i], -kLargestLengthM, kLargestLengthM));
+  }
+  if (camera.is_orthographic) {
+    RETURN_IF_ERROR(CheckLength(field + "ymag", camera.ortho_height_m / 2));
+  } else {
+    RETURN_IF_ERROR(CheckRange(field + "yfov", fovy_rad, kSmallestFovyDeg * M_PI / 180, M_PI));
+  }
+  // An orthographic camera may begin at its eye, a perspective one may end nowhere.
+  if (camera.near_m != 0 || !camera.is_orthographic) RETURN_IF_ERROR(CheckLength(field + "znear", camera.near_m));
+  if (camera.far_m != 0 || camera.is_orthographic) RETURN_IF_ERROR(CheckLength(field + "zfar", camera.far_m));
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Camera> SceneCameraOf(uint32_t index, const FlatScene& scene, const std::vector<NodeOverride>& overrides,
                                      const Box3d& bounds_ws) {
   if (index >= scene.cameras.size()) {
@@ -76,6 +92,7 @@ absl::StatusOr<Camera> SceneCameraOf(uint32_t index, const FlatScene& scene, con
     camera->tan_half_fovy = std::tan(source.fovy_rad / 2);
     camera->near_m = source.near_m;
     camera->far_m = source.far_m;
+    RETURN_IF_ERROR(CheckSceneCamera("camera.index: " + std::to_string(index) + "; ", *camera, source.fovy_rad));
     return camera;
   }
   return FieldError("camera.index", std::to_string(index) + "; no node of the scene holds this camera");
@@ -94,13 +111,15 @@ absl::StatusOr<Camera> ResolveCamera(const v1::RenderRequest& request, const Fla
   Camera camera;
   if (request.camera().has_index()) {
     ASSIGN_OR_RETURN(camera, SceneCameraOf(request.camera().index(), scene, overrides, bounds_ws));
-    if (!(camera.near_m > 0)) camera.near_m = SuitingNearPlane(bounds_ws, camera.eye_ws);
-    return camera;
+    return camera;  // glTF gives near planes: > 0, orthographic >= 0
   }
   if (!request.camera().has_look_at()) return FrameScene(bounds_ws, aspect);
   const v1::LookAt& look_at = request.camera().look_at();
   ASSIGN_OR_RETURN(camera, LookAtCamera(look_at));
-  camera.near_m = look_at.has_near_m() ? look_at.near_m() : SuitingNearPlane(bounds_ws, camera.eye_ws);
+  // An orthographic view begins at the eye: nothing is divided by its distance.
+  camera.near_m = look_at.has_near_m()     ? look_at.near_m()
+                  : camera.is_orthographic ? 0
+                                           : SuitingNearPlane(bounds_ws, camera.eye_ws);
   if (look_at.has_far_m()) {
     camera.far_m = look_at.far_m();
     camera.near_m = std::min(camera.near_m, camera.far_m / 2);

@@ -66,6 +66,9 @@ absl::Status CheckQueryFields(const v1::QueryVisibilityRequest& query, const Lim
   }
   const std::vector<glm::vec3> normals = Unpack(query.normals());
   for (size_t i = 0; i < normals.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      RETURN_IF_ERROR(CheckFinite(Indexed("normals", i) + "." + "xyz"[axis], normals[i][axis]));
+    }
     const double length = LengthOf(glm::dvec3(normals[i]));
     if (!(std::abs(length - 1) <= kUnitTolerance)) {
       return FieldError(Indexed("normals", i), "length " + NumberText(length) + "; must be a unit vector within 1e-3");

@@ -67,7 +67,7 @@ struct DoctorLine {
 // Tries every way to get a context, one after the other, and leaves none behind.
 std::vector<DoctorLine> Diagnose();
 
-// CPUs that this process may use: the smaller of its affinity and its cgroup's quota (cpu.max), at least 1.
+// CPUs that this process may use: of its affinity and its cgroup's quota, rounded down, at least 1.
 int AvailableCpus();
 
 // Sets LP_NUM_THREADS to max(1, AvailableCpus() / contexts) unless the user has set it. Call before the

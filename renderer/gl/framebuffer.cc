@@ -28,8 +28,8 @@ absl::StatusOr<Framebuffer> Framebuffer::Create(const Context& context, const st
   std::vector<GLenum> buffers;
   for (const Texture* color : colors) {
     const GLenum attachment = GLenum(GL_COLOR_ATTACHMENT0 + buffers.size());
-    gl.NamedFramebufferTexture(framebuffer.id(), attachment, color->id(), 0);
-    buffers.push_back(attachment);
+    if (color != nullptr) gl.NamedFramebufferTexture(framebuffer.id(), attachment, color->id(), 0);
+    buffers.push_back(color != nullptr ? attachment : GL_NONE);
   }
   if (depth != nullptr) gl.NamedFramebufferTexture(framebuffer.id(), GL_DEPTH_ATTACHMENT, depth->id(), 0);
   gl.NamedFramebufferDrawBuffers(framebuffer.id(), GLsizei(buffers.size()), buffers.data());

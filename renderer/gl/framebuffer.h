@@ -12,7 +12,8 @@ namespace halfshade::gl {
 class Framebuffer : public Handle<DeleteFramebuffer> {
  public:
   using Handle::Handle;
-  // Color attachments in the order given; the textures outlive the framebuffer.
+  // Color attachments in the order of the shader's outputs, null for one that is dropped; the textures outlive the
+  // framebuffer.
   static absl::StatusOr<Framebuffer> Create(const Context& context, const std::vector<const Texture*>& colors,
                                             const Texture* depth = nullptr);
   // Depth only, one layer of an array.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "renderer/light/receivers.h"
+#include "renderer/math/camera.h"
 #include "renderer/math/horizon.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/scene/flat_scene.h"

@@ -2,6 +2,7 @@
 
 #include <glad/gl.h>
 
+#include "renderer/math/camera.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/status.h"
 
@@ -34,11 +35,6 @@ absl::StatusOr<CpuReceivers> ReadBackReceivers(const Receivers& pixels) {
   receivers.planes.resize(size_t(pixels.width) * pixels.height);
   RETURN_IF_ERROR(pixels.planes->ReadFloats(&receivers.planes[0].x, 4 * receivers.planes.size()));
   return receivers;
-}
-
-glm::dmat3 RayFromNdc(const Camera& camera, double aspect) {
-  const double half_height = camera.is_orthographic ? camera.ortho_height_m / 2 : camera.tan_half_fovy;
-  return glm::dmat3(camera.right_ws * (half_height * aspect), camera.up_ws * half_height, camera.forward_ws);
 }
 
 void SetReceivers(gl::Program& program, const Receivers& receivers, const AreaLight& light) {

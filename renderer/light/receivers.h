@@ -41,8 +41,4 @@ inline constexpr int kPointsUnit = 15;  // the last that every GL has
 // Binds the planes and sets the uniforms of common/receiver.glsl for the frame of `light`.
 void SetReceivers(gl::Program& program, const Receivers& receivers, const AreaLight& light);
 
-// World axes; columns right, up, forward scaled so that (ndc.x, ndc.y, 1) gives the ray (perspective) or, in the first
-// two, the origin (orthographic).
-glm::dmat3 RayFromNdc(const Camera& camera, double aspect);
-
 }  // namespace halfshade

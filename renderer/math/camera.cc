@@ -28,12 +28,32 @@ absl::StatusOr<Camera> CameraFromNode(const glm::dmat4& world_from_node, double 
   return camera;
 }
 
+Camera ShiftedCamera(Camera camera, const glm::dvec2& offset_pixels, int width, int height) {
+  const glm::dvec2 shift_ndc(2 * offset_pixels.x / width, -2 * offset_pixels.y / height);
+  if (camera.is_orthographic) {
+    const double half_height = camera.ortho_height_m / 2;
+    const double half_width = half_height * width / height;
+    camera.eye_ws += camera.right_ws * (half_width * shift_ndc.x) + camera.up_ws * (half_height * shift_ndc.y);
+  } else {
+    camera.shift_ndc += shift_ndc;
+  }
+  return camera;
+}
+
+glm::dmat3 RayFromNdc(const Camera& camera, double aspect) {
+  const double half_height = camera.is_orthographic ? camera.ortho_height_m / 2 : camera.tan_half_fovy;
+  const glm::dvec3 right = camera.right_ws * (half_height * aspect);
+  const glm::dvec3 up = camera.up_ws * half_height;
+  if (camera.is_orthographic) return glm::dmat3(right, up, camera.forward_ws);
+  return glm::dmat3(right, up, camera.forward_ws + right * camera.shift_ndc.x + up * camera.shift_ndc.y);
+}
+
 glm::dmat4 ClipFromView(const Camera& camera, double aspect) {
   const bool is_bounded = camera.far_m > camera.near_m;
   glm::dmat4 clip(0);
   if (camera.is_orthographic) {
-    // Depth needs an end: without a far plane, 2^20 times the near distance.
-    const double far_m = is_bounded ? camera.far_m : camera.near_m * 1048576;
+    // Depth needs an end. FramePlan puts one behind everything visible; without any, a metre will do.
+    const double far_m = is_bounded ? camera.far_m : camera.near_m + 1;
     clip[0][0] = 2 / (camera.ortho_height_m * aspect);
     clip[1][1] = 2 / camera.ortho_height_m;
     clip[2][2] = 1 / (far_m - camera.near_m);
@@ -43,6 +63,8 @@ glm::dmat4 ClipFromView(const Camera& camera, double aspect) {
   }
   clip[0][0] = 1 / (camera.tan_half_fovy * aspect);
   clip[1][1] = 1 / camera.tan_half_fovy;
+  clip[2][0] = camera.shift_ndc.x;
+  clip[2][1] = camera.shift_ndc.y;
   clip[2][3] = -1;
   if (is_bounded) {
     clip[2][2] = camera.near_m / (camera.far_m - camera.near_m);

@@ -19,6 +19,13 @@ absl::StatusOr<Camera> MakeLookAtCamera(const glm::dvec3& eye_ws, const glm::dve
 // target_distance_m ahead. INVALID_ARGUMENT where a scale of 0 leaves it no axes.
 absl::StatusOr<Camera> CameraFromNode(const glm::dmat4& world_from_node, double target_distance_m);
 
+// The same camera with its pixels' samples moved by offset_pixels (x right, y down) from their centres.
+Camera ShiftedCamera(Camera camera, const glm::dvec2& offset_pixels, int width, int height);
+
+// World axes; columns right, up, forward scaled so that (ndc.x, ndc.y, 1) gives the ray, 1 long along forward_ws
+// (perspective), or, in the first two, the origin (orthographic).
+glm::dmat3 RayFromNdc(const Camera& camera, double aspect);
+
 // View space: x right, y up, -z forward. aspect = width / height.
 glm::dmat4 ClipFromView(const Camera& camera, double aspect);
 

@@ -21,6 +21,53 @@ bool Wants(const RenderRequest& request, OutputKind kind) {
   return std::find(request.outputs.begin(), request.outputs.end(), kind) != request.outputs.end();
 }
 
+// Positions of samples in their pixel, in sixteenths from its centre: Direct3D's standard patterns, as every GPU has
+// them. No two samples share a row or a column, so that an upright edge crosses them one by one.
+std::vector<glm::dvec2> SamplePattern(int samples) {
+  switch (samples) {
+    case 4:
+      return {{-2, -6}, {6, -2}, {-6, 2}, {2, 6}};
+    case 8:
+      return {{1, -3}, {-1, 3}, {5, 1}, {-3, -5}, {-5, 5}, {-7, -1}, {3, 7}, {7, -7}};
+    default:
+      return {{0, 0}};
+  }
+}
+
+std::vector<ViewPlan> PlanViews(const RenderRequest& request) {
+  const bool shows_frame = Wants(request, OutputKind::kFrame);
+  const bool shows_data = std::any_of(request.outputs.begin(), request.outputs.end(),
+                                      [](OutputKind kind) { return kind != OutputKind::kFrame; });
+  std::vector<ViewPlan> views;
+  if (!shows_frame || request.samples == 1) {
+    views.push_back({{0, 0}, shows_frame, shows_data});
+  } else {
+    if (shows_data) views.push_back({{0, 0}, false, true});
+    for (const glm::dvec2& sixteenths : SamplePattern(request.samples)) views.push_back({sixteenths / 16.0, true});
+  }
+  const bool has_catcher = request.ground && request.ground->is_shadow_catcher;
+  const bool shows_materials = Wants(request, OutputKind::kNormal) || Wants(request, OutputKind::kAlbedo);
+  const bool shows_object_ids = Wants(request, OutputKind::kObjectId);
+  for (ViewPlan& view : views) {
+    view.needs_materials = view.shows_frame || (view.shows_data && shows_materials);
+    view.needs_object_ids = (view.shows_frame && has_catcher) || (view.shows_data && shows_object_ids);
+  }
+  return views;
+}
+
+// Orthographic depth is linear: its end is put close behind what is visible, so that floats resolve it.
+double FarPlane(const Camera& camera, const std::vector<Box3d>& visible) {
+  if (!camera.is_orthographic || camera.far_m > camera.near_m) return camera.far_m;
+  double farthest = 0, extent = 0;
+  for (const Box3d& box : visible) {
+    for (const glm::dvec3& corner : Corners(box)) {
+      farthest = std::max(farthest, glm::dot(corner - camera.eye_ws, camera.forward_ws));
+      extent = std::max(extent, glm::length(corner - camera.eye_ws));
+    }
+  }
+  return farthest > camera.near_m ? farthest + 1e-6 * extent : 0;
+}
+
 Box3d InLightFrame(const LightFrame& frame, const Box3d& box) {
   Box3d result;
   for (const glm::dvec3& corner : Corners(box)) result.Add(PointToLight(frame, corner));
@@ -99,8 +146,15 @@ std::array<glm::dvec3, 4> GroundQuad(const RenderRequest& request) {
 
 namespace {
 
+// What the outputs and the camera say of all lights.
+struct LightView {
+  bool needs_light = true;
+  bool wants_visibility = true;
+  bool sees_receiver = true;
+};
+
 std::vector<LightPlan> PlanSides(const RenderRequest& request, const std::vector<Box3d>& occluders,
-                                 const std::vector<Box3d>& receivers, bool sees_receiver, bool wants_visibility) {
+                                 const std::vector<Box3d>& receivers, const LightView& view) {
   std::vector<LightPlan> lights;
   for (uint32_t i = 0; i < request.lights.size(); ++i) {
     const AreaLight& light = request.lights[i];
@@ -116,9 +170,11 @@ std::vector<LightPlan> PlanSides(const RenderRequest& request, const std::vector
         side.outcome = outcome;
         side.reason = name + reason;
       };
-      if (HasNoPower(light) && !wants_visibility) {
+      if (!view.needs_light) {
+        decide(LightOutcome::kSkipped, "no output shows light");
+      } else if (HasNoPower(light) && !view.wants_visibility) {
         decide(LightOutcome::kSkipped, "emits nothing, and visibility is not asked");
-      } else if (!sees_receiver) {
+      } else if (!view.sees_receiver) {
         decide(is_back ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "no receiver is in view");
       } else if (FacesAway(side.light, receivers)) {
         // Where the other side lights something, this one has nothing to add. The front stays if neither does.
@@ -139,7 +195,13 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   FramePlan plan;
   const bool wants_visibility = Wants(request, OutputKind::kVisibility);
   plan.needs_shading = Wants(request, OutputKind::kFrame);
-  plan.needs_textures = plan.needs_shading;
+  plan.needs_visibility = plan.needs_shading || wants_visibility;
+  plan.views = PlanViews(request);
+  const auto some_view = [&](bool ViewPlan::*needs) {
+    return std::any_of(plan.views.begin(), plan.views.end(), [&](const ViewPlan& view) { return view.*needs; });
+  };
+  plan.needs_materials = some_view(&ViewPlan::needs_materials);
+  plan.needs_object_ids = some_view(&ViewPlan::needs_object_ids);
 
   std::vector<Box3d> occluders, receivers, visible;
   for (const Instance& instance : pose.instances) {
@@ -156,13 +218,20 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
     visible.push_back(ground);
   }
 
+  Camera camera = request.camera;
+  camera.far_m = plan.camera_far_m = FarPlane(request.camera, visible);
   const double aspect = double(request.width) / request.height;
-  if (SeesNone(request.camera, aspect, visible)) {
+  const auto no_view_sees = [&](const std::vector<Box3d>& boxes) {
+    return std::all_of(plan.views.begin(), plan.views.end(), [&](const ViewPlan& view) {
+      return SeesNone(ShiftedCamera(camera, view.offset_pixels, request.width, request.height), aspect, boxes);
+    });
+  };
+  if (no_view_sees(visible)) {
     plan.draws_gbuffer = false;
     plan.gbuffer_reason = "nothing is in view";
   }
-  const bool sees_receiver = !SeesNone(request.camera, aspect, receivers);
-  plan.lights = PlanSides(request, occluders, receivers, sees_receiver, wants_visibility);
+  const bool sees_receiver = !no_view_sees(receivers);
+  plan.lights = PlanSides(request, occluders, receivers, {plan.needs_visibility, wants_visibility, sees_receiver});
   return plan;
 }
 
@@ -173,7 +242,7 @@ std::vector<LightPlan> PlanQuery(const FlatScene& scene, const Pose& pose, const
     const Box3d box = WorldBox(scene, instance);
     if (instance.casts && !box.IsEmpty()) occluders.push_back(box);
   }
-  return PlanSides(request, occluders, {points_ws}, /*sees_receiver=*/true, /*wants_visibility=*/true);
+  return PlanSides(request, occluders, {points_ws}, LightView());
 }
 
 }  // namespace halfshade

@@ -28,11 +28,24 @@ struct LightPlan {
   std::string reason;  // of anything but kCompute, naming the light
 };
 
+// One drawing of everything, with the pixels' samples moved from their centres.
+struct ViewPlan {
+  glm::dvec2 offset_pixels{0};    // x right, y down
+  bool shows_frame = false;       // one of the samples of FRAME
+  bool shows_data = false;        // all other outputs, which are sampled at the centres
+  bool needs_materials = false;   // normals and base colours: for FRAME, NORMAL, ALBEDO
+  bool needs_object_ids = false;  // for OBJECT_ID, and for a FRAME that must know the ground from the rest
+};
+
 struct FramePlan {
   bool draws_gbuffer = true;
-  std::string gbuffer_reason;  // why not
-  bool needs_shading = true;   // some output shows colours
-  bool needs_textures = true;
+  std::string gbuffer_reason;     // why not
+  bool needs_shading = true;      // FRAME
+  bool needs_visibility = true;   // FRAME or VISIBILITY: lights count
+  bool needs_materials = true;    // of some view
+  bool needs_object_ids = false;  // of some view
+  double camera_far_m = 0;        // 0: infinite. An orthographic camera always has one, behind everything visible
+  std::vector<ViewPlan> views;    // one, or one for data (if any is asked) and then one per sample of FRAME
   std::vector<LightPlan> lights;  // in the request's order, the front of a two-sided light before its back
 };
 

@@ -18,6 +18,7 @@ constexpr double kMillisecondsPerTriangle = 3e-4;  // llvmpipe, two cores
 constexpr double kMillisecondsPerPixel = 4e-5;     // cleared and covered a few times
 constexpr uint32_t kTrianglesPerDraw = 32768;
 constexpr int kBaseColorUnit = 0;
+constexpr size_t kObjectIdLocation = 7;  // of out_object_id in gbuffer.frag
 constexpr GLuint kPlanesBinding = 0;
 // The ground's colour: a neutral grey that shows shadow and light.
 constexpr glm::vec4 kGroundColor{0.6f, 0.6f, 0.6f, 1};
@@ -32,6 +33,7 @@ struct Drawable {
   uint32_t first_triangle = 0;
   uint32_t triangle_count = 0;
   uint32_t base_vertex = 0;
+  uint32_t object_id = 0;
 };
 
 class GBufferPass {
@@ -58,6 +60,7 @@ class GBufferPass {
     program_->Set("camera_from_mesh", glm::mat4(drawable.camera_from_mesh));
     program_->Set("normal_from_mesh", glm::mat3(glm::transpose(glm::inverse(linear))));
     program_->Set("plane_scale", drawable.receives ? 1.0f : kNotReceivingScale);
+    program_->Set("object_id", float(drawable.object_id));
     program_->Set("base_color", drawable.base_color);
     program_->Set("has_texture", int(drawable.texture != nullptr));
     if (drawable.texture != nullptr) drawable.texture->Bind(kBaseColorUnit);
@@ -99,7 +102,7 @@ glm::dmat4 CameraFromMesh(const glm::dmat4& world_from_mesh, const Camera& camer
   return result;
 }
 
-absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const RenderRequest& request) {
+absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const RenderRequest& request, uint32_t object_id) {
   const gl::Context& context = *draw.context;
   const GladGLContext& gl = context.gl();
   const std::array<glm::dvec3, 4> corners = GroundQuad(request);
@@ -124,13 +127,16 @@ absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const Render
   ground.base_color = kGroundColor;
   ground.is_double_sided = true;
   ground.triangle_count = 2;
+  ground.object_id = object_id;
   return pass.Draw(ground, plane_buffer);
 }
 
 }  // namespace
 
+uint32_t GroundId(const FlatScene& scene) { return uint32_t(scene.nodes.size()) + 1; }
+
 absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& scene, const SceneOnContext& on_context,
-                                    const Pose& pose, const RenderRequest& request, bool with_materials) {
+                                    const Pose& pose, const RenderRequest& request, GBufferChannels channels) {
   const gl::Context& context = *draw.context;
   const GladGLContext& gl = context.gl();
   GBuffer gbuffer;
@@ -138,11 +144,16 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
   ASSIGN_OR_RETURN(gbuffer.depth, gl::Texture::Create2D(context, GL_DEPTH_COMPONENT32F, request.width, request.height));
   std::vector<const gl::Texture*> colors = {&gbuffer.planes};
   std::vector<std::string> defines;
-  if (with_materials) {
+  if (channels.materials) {
     ASSIGN_OR_RETURN(gbuffer.normals, gl::Texture::Create2D(context, GL_RGBA16F, request.width, request.height));
     ASSIGN_OR_RETURN(gbuffer.base_colors, gl::Texture::Create2D(context, GL_RGBA16F, request.width, request.height));
     colors = {&gbuffer.planes, &gbuffer.normals, &gbuffer.base_colors};
     defines = {"HAS_MATERIAL"};
+  }
+  if (channels.object_ids) {
+    ASSIGN_OR_RETURN(gbuffer.object_ids, gl::Texture::Create2D(context, GL_R32F, request.width, request.height));
+    colors.resize(kObjectIdLocation + 1);
+    colors.back() = &gbuffer.object_ids;
   }
   ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(context, colors, &gbuffer.depth));
   ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("shade/gbuffer.vert", "shade/gbuffer.frag", defines));
@@ -154,7 +165,9 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
   gl.Disable(GL_BLEND);
   gl.CullFace(GL_BACK);
   const float zero[4] = {0, 0, 0, 0};
-  for (int i = 0; i < int(colors.size()); ++i) gl.ClearBufferfv(GL_COLOR, i, zero);
+  for (int i = 0; i < int(colors.size()); ++i) {
+    if (colors[i] != nullptr) gl.ClearBufferfv(GL_COLOR, i, zero);
+  }
   gl.ClearBufferfv(GL_DEPTH, 0, zero);
   program->Use();
   GBufferPass pass(draw, program, request);
@@ -167,16 +180,17 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
     Drawable drawable;
     drawable.camera_from_mesh = CameraFromMesh(instance.world_from_mesh, request.camera);
     drawable.base_color = material.base_color;
-    drawable.texture = with_materials ? on_context.base_color_texture(mesh.material) : nullptr;
+    drawable.texture = channels.materials ? on_context.base_color_texture(mesh.material) : nullptr;
     drawable.is_double_sided = material.is_double_sided;
     drawable.receives = instance.receives;
     drawable.first_triangle = mesh.first_index / 3;
     drawable.triangle_count = mesh.TriangleCount();
     drawable.base_vertex = mesh.first_vertex;
+    drawable.object_id = instance.node + 1;
     RETURN_IF_ERROR(pass.Draw(drawable, on_context.triangle_planes()));
     gbuffer.triangles_drawn += mesh.TriangleCount();
   }
-  if (request.ground) RETURN_IF_ERROR(DrawGround(draw, pass, request));
+  if (request.ground) RETURN_IF_ERROR(DrawGround(draw, pass, request, GroundId(scene)));
   gl.Disable(GL_CULL_FACE);
   gl.Disable(GL_DEPTH_TEST);
   RETURN_IF_ERROR(context.Check("gbuffer"));

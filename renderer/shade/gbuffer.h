@@ -17,15 +17,24 @@ namespace halfshade {
 // [height][width], row 0 on top.
 struct GBuffer {
   gl::Texture planes;       // RGBA32F, see Receivers
-  gl::Texture normals;      // RGBA16F world shading normals; empty unless with_materials
-  gl::Texture base_colors;  // RGBA16F linear; empty unless with_materials
+  gl::Texture normals;      // RGBA16F world shading normals; empty unless channels.materials
+  gl::Texture base_colors;  // RGBA16F linear; empty unless channels.materials
+  gl::Texture object_ids;   // R32F, OutputKind::kObjectId; empty unless channels.object_ids
   gl::Texture depth;
   uint64_t triangles_drawn = 0;
 };
 
+struct GBufferChannels {
+  bool materials = false;  // needs SceneOnContext::NeedMaterials
+  bool object_ids = false;
+};
+
+// What kObjectId says where the ground is seen.
+uint32_t GroundId(const FlatScene& scene);
+
 // Draws every visible instance and the request's ground, nearest first in depth, back faces culled but on double-sided
-// materials. with_materials needs SceneOnContext::NeedMaterials.
+// materials.
 absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& scene, const SceneOnContext& on_context,
-                                    const Pose& pose, const RenderRequest& request, bool with_materials);
+                                    const Pose& pose, const RenderRequest& request, GBufferChannels channels);
 
 }  // namespace halfshade

@@ -9,8 +9,10 @@ uniform int first_triangle;
 uniform bool is_orthographic;
 uniform vec3 forward;
 uniform float plane_scale;  // 2 for what does not receive (common/receiver.glsl), else 1
+uniform float object_id;
 
 layout(location = 0) out vec4 receiver_plane;
+layout(location = 7) out float out_object_id;  // dropped where no output needs it
 #ifdef HAS_MATERIAL
 in vec3 shading_normal;
 in vec2 texcoord;
@@ -32,6 +34,7 @@ void main() {
     offset = -offset;
   }
   receiver_plane = vec4(normal, offset) * plane_scale;
+  out_object_id = object_id;
 #ifdef HAS_MATERIAL
   // glTF: without a normal the geometric one shades; seen from behind, the normal turns round.
   float len = length(shading_normal);

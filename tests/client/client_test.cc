@@ -22,10 +22,11 @@ namespace {
 using absl::StatusCode;
 using testing::HasSubstr;
 
-// One scripted answer to Render.
+// One scripted answer to RenderStream.
 struct Answer {
   grpc::Status status;
-  std::string pushback;  // empty: none
+  std::string pushback;           // empty: none
+  std::string parts = "phchccr";  // plan, header, chunk, report
 };
 
 class FakeServer : public v1::SceneService::Service, public v1::RenderService::Service {
@@ -89,8 +90,8 @@ class FakeServer : public v1::SceneService::Service, public v1::RenderService::S
     response->mutable_scene()->add_warnings("/materials/0: odd");
     return grpc::Status::OK;
   }
-  grpc::Status Render(grpc::ServerContext* context, const v1::RenderRequest* request,
-                      v1::RenderResponse* response) override {
+  grpc::Status RenderStream(grpc::ServerContext* context, const v1::RenderStreamRequest* request,
+                            grpc::ServerWriter<v1::RenderStreamResponse>* writer) override {
     Note(context);
     const std::lock_guard lock(mutex);
     ++renders;
@@ -103,7 +104,14 @@ class FakeServer : public v1::SceneService::Service, public v1::RenderService::S
       answers.pop_front();
     }
     if (!answer.pushback.empty()) context->AddTrailingMetadata("grpc-retry-pushback-ms", answer.pushback);
-    response->mutable_report()->set_method(request->scene());
+    v1::RenderStreamResponse part;
+    for (const char step : answer.parts) {
+      if (step == 'p') part.mutable_plan()->set_method("plan");
+      if (step == 'h') part.mutable_header()->set_width(64);
+      if (step == 'c') part.set_chunk("chunk");
+      if (step == 'r') part.mutable_report()->set_method(request->request().scene());
+      writer->Write(part);
+    }
     return answer.status;
   }
 
@@ -112,7 +120,7 @@ class FakeServer : public v1::SceneService::Service, public v1::RenderService::S
   std::map<std::string, std::string> blobs, partial;
   std::vector<uint64_t> offsets;
   v1::CreateSceneRequest created;
-  std::deque<Answer> answers;  // of Render; OK when it is used up
+  std::deque<Answer> answers;  // of RenderStream; OK when it is used up
   int cut_uploads = 0;
   bool knows_query_upload = true;
   bool hangs = false;
@@ -211,6 +219,30 @@ TEST(ClientTest, ACutUploadStartsOverWhereTheServerCannotSay) {
   server.knows_query_upload = false;
   ASSERT_OK(ClientOf({server.address})->UploadScene(files));
   EXPECT_EQ(server.offsets, (std::vector<uint64_t>{0, 0, 1 << 20, 2 << 20}));
+}
+
+TEST(ClientTest, PutsThePartsOfAStreamTogether) {
+  FakeServer server;
+  const auto response = ClientOf({server.address})->Render(Request(), nullptr);
+  ASSERT_OK(response);
+  ASSERT_EQ(response->images_size(), 2);
+  EXPECT_EQ(response->images(0).data(), "chunk");
+  EXPECT_EQ(response->images(1).data(), "chunkchunk");
+  EXPECT_EQ(response->images(1).width(), 64u);
+  EXPECT_EQ(response->report().method(), "scenes/x");
+}
+
+TEST(ClientTest, AStreamWithAPartMissingIsInternalAndAHalfOneLeavesNothingBehind) {
+  FakeServer server;
+  for (const char* parts : {"", "phc", "pcr"}) {
+    server.answers = {{grpc::Status::OK, "", parts}};
+    EXPECT_THAT(ClientOf({server.address})->Render(Request(), nullptr),
+                StatusIs(StatusCode::kInternal, HasSubstr("RenderStream")));
+  }
+  server.answers = {{{grpc::StatusCode::UNAVAILABLE, "draining"}, "", "phc"}};
+  const auto response = ClientOf({server.address})->Render(Request(), nullptr);
+  ASSERT_OK(response);
+  EXPECT_EQ(response->images_size(), 2);
 }
 
 TEST(ClientTest, WaitsForThePushBackAndTriesAgain) {

@@ -313,11 +313,10 @@ TEST_F(ServiceTest, WhatIsNotThereYetSaysSoByName) {
   const grpc::Status status = renders_->PlanRender(&context, {}, &response);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
   EXPECT_EQ(status.error_message(), "RenderService.PlanRender is not available in this version");
-  grpc::ClientContext stream_context;
-  const auto stream = renders_->RenderStream(&stream_context, {});
-  v1::RenderStreamResponse part;
-  EXPECT_FALSE(stream->Read(&part));
-  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  grpc::ClientContext query_context;
+  v1::QueryVisibilityResponse visibility;
+  EXPECT_EQ(renders_->QueryVisibility(&query_context, {}, &visibility).error_message(),
+            "RenderService.QueryVisibility is not available in this version");
 }
 
 TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {

@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 #include <thread>
 
 #include "server/admission.h"
+#include "server/byte_budget.h"
 #include "server/cpu_pool.h"
 #include "server/gl_worker.h"
 #include "server/scene_cache.h"
@@ -144,6 +146,60 @@ TEST(CpuPoolTest, RunsEverythingBeforeItEnds) {
     for (int i = 0; i < 300; ++i) pool.Run([&] { ++runs; });
   }
   EXPECT_EQ(runs, 300);
+}
+
+TEST(CpuPoolTest, PrincipalsTakeTurnsAndEachOnesWorkKeepsItsOrder) {
+  std::string order;
+  {
+    CpuPool pool(1);
+    std::promise<void> gate;
+    pool.Run([open = gate.get_future().share()] { open.wait(); });
+    for (const char* work : {"a1", "a2", "a3", "b1", "c1", "c2"}) {
+      pool.Run([&order, work] { order += work; }, std::string(1, work[0]));
+    }
+    gate.set_value();
+  }
+  EXPECT_EQ(order, "a1b1c1a2c2a3");
+}
+
+TEST(ByteBudgetTest, AHoldIsGivenBackAndNeverMoreIsGivenThanThereIs) {
+  ByteBudget budget(100);
+  {
+    auto first = budget.Take(60, "images");
+    ASSERT_OK(first);
+    EXPECT_OK(budget.Take(40, "images"));
+    const auto second = budget.Take(41, "images");
+    EXPECT_THAT(second,
+                StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("images: 41 bytes, and 60 of the 100")));
+    EXPECT_NE(PushbackMs(second.status()), "");
+    const ByteBudget::Hold moved = *std::move(first);
+    EXPECT_EQ(budget.used(), 60u);
+  }
+  EXPECT_EQ(budget.used(), 0u);
+  EXPECT_OK(budget.Take(100, "images"));
+  EXPECT_THAT(budget.Take(101, "images"), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("at most 100")));
+}
+
+TEST(ByteBudgetTest, ManyThreadsNeverHoldMoreThanThereIs) {
+  ByteBudget budget(10);
+  std::atomic<int> held{0}, most{0}, taken{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&] {
+      while (taken < 2000) {
+        const auto hold = budget.Take(4, "images");
+        if (!hold.ok()) continue;
+        ++taken;
+        const int now = held += 4;
+        for (int seen = most; seen < now && !most.compare_exchange_weak(seen, now);) {
+        }
+        held -= 4;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_LE(most, 10);
+  EXPECT_EQ(budget.used(), 0u);
 }
 
 FlatScene SceneOf(size_t vertices) {

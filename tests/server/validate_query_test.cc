@@ -89,7 +89,7 @@ std::vector<Row> Rows() {
        [=](Query& q) {
          q.set_normals(Pack({0, 1, 0, 0, nan, 0}));
        },
-       bad, "normals[1]: length nan"},
+       bad, "normals[1].y: nan; must be finite"},
       {"LightsAreLookedAt", [](Query& q) { q.mutable_request()->mutable_lights(0)->clear_center(); }, bad,
        "lights[0].center: missing"},
       {"MethodIsLookedAt", [](Query& q) { q.mutable_request()->mutable_method()->mutable_ray()->set_rays(0); }, bad,

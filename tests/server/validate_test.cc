@@ -45,7 +45,10 @@ std::vector<Row> Rows() {
       {"HeightOverLimit", [](Request& r) { r.set_height(100000); }, bad, "height: 100000; must be 1 to 8192"},
       {"SamplesOne", [](Request& r) { r.set_samples(1); }, ok, ""},
       {"SamplesTwo", [](Request& r) { r.set_samples(2); }, bad, "samples: 2; must be 1, 4 or 8"},
-      {"SamplesFour", [](Request& r) { r.set_samples(4); }, later, "samples: 4 samples a pixel is not available"},
+      {"SamplesFour", [](Request& r) { r.set_samples(4); }, ok, ""},
+      {"SamplesFive", [](Request& r) { r.set_samples(5); }, bad, "samples: 5; must be 1, 4 or 8"},
+      {"SamplesEight", [](Request& r) { r.set_samples(8); }, ok, ""},
+      {"SamplesNine", [](Request& r) { r.set_samples(9); }, bad, "samples: 9; must be 1, 4 or 8"},
       {"SceneIndexZero", [](Request& r) { r.set_scene_index(0); }, ok, ""},
       {"SceneIndexOver", [](Request& r) { r.set_scene_index(1); }, bad, "scene_index: 1; the scene has 1"},
       {"EyeNan", [](Request& r) { LookAt(r).mutable_eye()->set_x(kNan); }, bad,
@@ -67,6 +70,10 @@ std::vector<Row> Rows() {
       {"FovyWide", [](Request& r) { LookAt(r).set_fovy_deg(179.9); }, ok, ""},
       {"Fovy180", [](Request& r) { LookAt(r).set_fovy_deg(180); }, bad, "camera.look_at.fovy_deg: 180; must be"},
       {"OrthoOne", [](Request& r) { LookAt(r).set_ortho_height_m(1); }, ok, ""},
+      {"OrthoSmallest", [](Request& r) { LookAt(r).set_ortho_height_m(1e-15); }, ok, ""},
+      {"OrthoZero", [](Request& r) { LookAt(r).set_ortho_height_m(0); }, bad,
+       "camera.look_at.ortho_height_m: 0; must be 1e-15 to 1e+15"},
+      {"OrthoLargest", [](Request& r) { LookAt(r).set_ortho_height_m(1e15); }, ok, ""},
       {"OrthoNegative", [](Request& r) { LookAt(r).set_ortho_height_m(-1); }, bad,
        "camera.look_at.ortho_height_m: -1; must be 1e-15 to 1e+15"},
       {"NearZero", [](Request& r) { LookAt(r).set_near_m(0); }, bad,
@@ -214,8 +221,17 @@ std::vector<Row> Rows() {
        [](Request& r) {
          r.mutable_ground()->set_size_m(1);
          r.mutable_ground()->set_shadow_catcher(true);
+         r.add_outputs()->set_encoding(v1::ENCODING_RAW_F32);
        },
-       later, "ground.shadow_catcher: "},
+       ok, ""},
+      {"ShadowCatcherOfNoSize", [](Request& r) { r.mutable_ground()->set_shadow_catcher(true); }, bad,
+       "ground.size_m: 0; must be 1e-15 to 1e+15"},
+      {"ShadowCatcherAsPng",
+       [](Request& r) {
+         r.mutable_ground()->set_size_m(1);
+         r.mutable_ground()->set_shadow_catcher(true);
+       },
+       later, "outputs[0].encoding: PNG with the alpha of a shadow catcher"},
       {"Fog", [](Request& r) { r.mutable_fog(); }, later, "fog: "},
       {"AnimationPose", [](Request& r) { r.mutable_animation(); }, later, "animation: "},
       {"BudgetAsked", [](Request& r) { r.mutable_budget(); }, later, "budget: "},
@@ -230,20 +246,54 @@ std::vector<Row> Rows() {
       {"ExposureNan", [](Request& r) { r.mutable_shading()->set_exposure_ev(kNan); }, bad, "shading.exposure_ev: nan"},
       {"AmbientInfinite", [](Request& r) { r.mutable_shading()->mutable_ambient()->set_g(float(kInf)); }, bad,
        "shading.ambient.g: inf"},
-      {"ToneMapAces", [](Request& r) { r.mutable_shading()->set_tone_map(v1::TONE_MAP_ACES); }, later,
-       "shading.tone_map: ACES"},
+      {"ToneMapNone", [](Request& r) { r.mutable_shading()->set_tone_map(v1::TONE_MAP_NONE); }, ok, ""},
+      {"ToneMapAces", [](Request& r) { r.mutable_shading()->set_tone_map(v1::TONE_MAP_ACES); }, ok, ""},
+      {"ToneMapNeutral", [](Request& r) { r.mutable_shading()->set_tone_map(v1::TONE_MAP_NEUTRAL); }, ok, ""},
+      {"ToneMapNext", [](Request& r) { r.mutable_shading()->set_tone_map(v1::ToneMap(4)); }, bad,
+       "shading.tone_map: 4; no such tone map"},
       {"ToneMapUnknown", [](Request& r) { r.mutable_shading()->set_tone_map(v1::ToneMap(77)); }, bad,
        "shading.tone_map: 77; no such"},
-      {"OutputDepth", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_DEPTH); }, later,
-       "outputs[0].kind: DEPTH"},
+      {"OutputSoftShadowMap", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_SOFT_SHADOW_MAP); }, later,
+       "outputs[0].kind: SOFT_SHADOW_MAP"},
       {"OutputUnknown",
        [](Request& r) {
          r.add_outputs();
          r.add_outputs()->set_kind(v1::OutputKind(99));
        },
        bad, "outputs[1].kind: 99; no such kind"},
-      {"OutputExr", [](Request& r) { r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF); }, later,
-       "outputs[0].encoding: EXR_HALF"},
+      {"OutputExr", [](Request& r) { r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF); }, ok, ""},
+      {"OutputVisibilityJpeg",
+       [](Request& r) {
+         r.add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY);
+         r.mutable_outputs(0)->set_encoding(v1::ENCODING_JPEG);
+       },
+       bad, "outputs[0].encoding: JPEG holds colours"},
+      {"LayerGood",
+       [](Request& r) {
+         for (const char* layer : {"a", "b"}) {
+           v1::Output* o = r.add_outputs();
+           o->set_encoding(v1::ENCODING_EXR_HALF);
+           o->set_layer(layer);
+         }
+       },
+       ok, ""},
+      {"LayerWithoutExr", [](Request& r) { r.add_outputs()->set_layer("a"); }, bad,
+       "outputs[0].layer: \"a\"; only EXR_HALF and EXR_FLOAT have layers"},
+      {"LayerUnnameable",
+       [](Request& r) {
+         r.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF);
+         r.mutable_outputs(0)->set_layer("a\n");
+       },
+       bad, "outputs[0].layer: \"a\\n\"; must be 1 to 64"},
+      {"LayerTwice",
+       [](Request& r) {
+         for (int i = 0; i < 2; ++i) {
+           v1::Output* o = r.add_outputs();
+           o->set_encoding(v1::ENCODING_EXR_HALF);
+           o->set_layer("a");
+         }
+       },
+       bad, "outputs[1].layer: \"a\"; outputs[0] has a channel a.R too"},
       {"EncodingUnknown", [](Request& r) { r.add_outputs()->set_encoding(v1::Encoding(42)); }, bad,
        "outputs[0].encoding: 42; no such"},
       {"VisibilityPngOfFour",

@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <functional>
 
+#include "server/report_to_proto.h"
 #include "server/validate.h"
 #include "tests/server/validate_request.h"
 #include "tests/support/status_matchers.h"
@@ -148,7 +150,7 @@ TEST(ValidateRenderTest, EveryMethodButHardAndMultiMapIsUnimplementedByItsName) 
   }
 }
 
-TEST(ValidateRenderTest, EveryKindAndEncodingButFourIsUnimplementedByItsName) {
+TEST(ValidateRenderTest, AKindThatIsNotDrawnIsUnimplementedByItsNameInEveryEncoding) {
   for (int kind = 0; kind < v1::OutputKind_ARRAYSIZE; ++kind) {
     for (int encoding = 0; encoding < v1::Encoding_ARRAYSIZE; ++encoding) {
       v1::RenderRequest request = Good();
@@ -158,22 +160,129 @@ TEST(ValidateRenderTest, EveryKindAndEncodingButFourIsUnimplementedByItsName) {
       output->set_encoding(v1::Encoding(encoding));
       const absl::Status status = CheckRenderFields(request, Limits());
       SCOPED_TRACE(output->ShortDebugString());
-      const auto name = [](const std::string& full, const char* prefix) {
-        return full.substr(std::strlen(prefix)) + " is";
-      };
-      if (kind > v1::OUTPUT_KIND_VISIBILITY) {
-        EXPECT_THAT(status, StatusIs(Code::kUnimplemented,
-                                     HasSubstr("outputs[0].kind: " +
-                                               name(v1::OutputKind_Name(v1::OutputKind(kind)), "OUTPUT_KIND_"))));
-      } else if (encoding > v1::ENCODING_PNG && encoding != v1::ENCODING_RAW_F32) {
-        EXPECT_THAT(status, StatusIs(Code::kUnimplemented,
-                                     HasSubstr("outputs[0].encoding: " +
-                                               name(v1::Encoding_Name(v1::Encoding(encoding)), "ENCODING_"))));
+      if (kind == v1::OUTPUT_KIND_SOFT_SHADOW_MAP || kind == v1::OUTPUT_KIND_PENUMBRA_WIDTH) {
+        const std::string name = v1::OutputKind_Name(v1::OutputKind(kind)).substr(std::strlen("OUTPUT_KIND_"));
+        EXPECT_THAT(status, StatusIs(Code::kUnimplemented, HasSubstr("outputs[0].kind: " + name + " is")));
+      } else if (!FormatOf(*FromProto(v1::OutputKind(kind)), *FromProto(v1::Encoding(encoding)), 1, false).ok()) {
+        EXPECT_THAT(status, StatusIs(Code::kInvalidArgument, HasSubstr("outputs[0].encoding: ")));
       } else {
         EXPECT_OK(status);
       }
     }
   }
+}
+
+TEST(ValidateRenderTest, TheReplysBytesAreThoseOfItsSamples) {
+  v1::RenderRequest request = Good();
+  request.set_width(10);
+  request.set_height(10);
+  request.add_outputs();
+  request.add_outputs()->set_encoding(v1::ENCODING_EXR_HALF);
+  EXPECT_EQ(ValidateRender(request, Scene(), Limits())->reply_bytes, 300u + 800u);
+  request.clear_outputs();
+  EXPECT_EQ(ValidateRender(request, Scene(), Limits())->reply_bytes, 300u) << "none is a FRAME as PNG";
+}
+
+TEST(ValidateRenderTest, WhatIsAskedOfTheCameraSideArrives) {
+  v1::RenderRequest request = Good();
+  request.set_width(32);
+  request.set_samples(8);
+  request.mutable_ground()->set_size_m(3);
+  request.mutable_ground()->set_shadow_catcher(true);
+  const std::pair<v1::OutputKind, OutputKind> kinds[] = {
+      {v1::OUTPUT_KIND_FRAME, OutputKind::kFrame},       {v1::OUTPUT_KIND_VISIBILITY, OutputKind::kVisibility},
+      {v1::OUTPUT_KIND_DEPTH, OutputKind::kDepth},       {v1::OUTPUT_KIND_NORMAL, OutputKind::kNormal},
+      {v1::OUTPUT_KIND_ALBEDO, OutputKind::kAlbedo},     {v1::OUTPUT_KIND_OBJECT_ID, OutputKind::kObjectId},
+      {v1::OUTPUT_KIND_POSITION, OutputKind::kPosition},
+  };
+  for (const auto& kind : kinds) {
+    request.add_outputs()->set_kind(kind.first);
+    request.mutable_outputs()->rbegin()->set_encoding(v1::ENCODING_RAW_F32);
+  }
+  const std::pair<v1::ToneMap, ToneMap> curves[] = {{v1::TONE_MAP_UNSPECIFIED, ToneMap::kNone},
+                                                    {v1::TONE_MAP_NONE, ToneMap::kNone},
+                                                    {v1::TONE_MAP_ACES, ToneMap::kAces},
+                                                    {v1::TONE_MAP_NEUTRAL, ToneMap::kNeutral}};
+  for (const auto& curve : curves) {
+    request.mutable_shading()->set_tone_map(curve.first);
+    const auto result = ValidateRender(request, Scene(), Limits());
+    ASSERT_OK(result);
+    EXPECT_EQ(result->request.shading.tone_map, curve.second);
+    EXPECT_EQ(result->request.samples, 8);
+    EXPECT_TRUE(result->request.ground->is_shadow_catcher);
+    ASSERT_EQ(result->request.outputs.size(), std::size(kinds));
+    for (size_t i = 0; i < std::size(kinds); ++i) EXPECT_EQ(result->request.outputs[i], kinds[i].second);
+  }
+  request.clear_samples();
+  EXPECT_EQ(ValidateRender(request, Scene(), Limits())->request.samples, 1);
+}
+
+TEST(ValidateRenderTest, AnOrthographicViewBeginsAtItsEyeUnlessToldOtherwise) {
+  v1::RenderRequest request = Good();
+  LookAt(request).set_ortho_height_m(3);
+  const auto whole = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(whole);
+  EXPECT_TRUE(whole->request.camera.is_orthographic);
+  EXPECT_EQ(whole->request.camera.ortho_height_m, 3);
+  EXPECT_EQ(whole->request.camera.near_m, 0);
+  LookAt(request).set_near_m(0.5);
+  LookAt(request).set_far_m(7);
+  const auto cut = ValidateRender(request, Scene(), Limits());
+  ASSERT_OK(cut);
+  EXPECT_EQ(cut->request.camera.near_m, 0.5);
+  EXPECT_EQ(cut->request.camera.far_m, 7);
+}
+
+// The cameras of a file obey the limits of a request's own, each on both sides.
+TEST(ValidateRenderTest, ASceneCameraBeyondTheLimitsIsRefusedByItsIndexAndProperty) {
+  struct CameraRow {
+    std::function<void(SceneCamera&, glm::dmat4&)> change;
+    std::string message;  // "": accepted
+  };
+  const auto ortho = [](SceneCamera& c) {
+    c.is_orthographic = true;
+    c.ortho_height_m = 2;
+    c.near_m = 0;
+    c.far_m = 10;
+  };
+  const CameraRow rows[] = {
+      {[&](SceneCamera& c, glm::dmat4&) { ortho(c); }, ""},
+      {[&](SceneCamera& c, glm::dmat4&) { ortho(c), c.ortho_height_m = 2e15; }, ""},
+      {[&](SceneCamera& c, glm::dmat4&) { ortho(c), c.ortho_height_m = 2.2e15; },
+       "camera.index: 0; ymag: 1.1e+15; must be 1e-15 to 1e+15"},
+      {[&](SceneCamera& c, glm::dmat4&) { ortho(c), c.ortho_height_m = 2e-16; }, "camera.index: 0; ymag: 1e-16; must"},
+      {[&](SceneCamera& c, glm::dmat4&) { ortho(c), c.far_m = 1e15; }, ""},
+      {[&](SceneCamera& c, glm::dmat4&) { ortho(c), c.far_m = 1e16; }, "camera.index: 0; zfar: 1e+16; must be"},
+      {[](SceneCamera& c, glm::dmat4&) { c.near_m = 1e-15; }, ""},
+      {[](SceneCamera& c, glm::dmat4&) { c.near_m = 1e-20; }, "camera.index: 0; znear: 1e-20; must be"},
+      {[](SceneCamera& c, glm::dmat4&) { c.near_m = 0; }, "camera.index: 0; znear: 0; must be"},
+      {[](SceneCamera& c, glm::dmat4&) { c.far_m = 1e90; }, "camera.index: 0; zfar: 1e+90; must be"},
+      {[](SceneCamera& c, glm::dmat4&) { c.fovy_rad = 1e-16; }, ""},
+      {[](SceneCamera& c, glm::dmat4&) { c.fovy_rad = 1e-18; }, "camera.index: 0; yfov: 1e-18; must be"},
+      {[](SceneCamera&, glm::dmat4& m) { m[3].y = -1e15; }, ""},
+      {[](SceneCamera&, glm::dmat4& m) { m[3].y = -1e16; }, "camera.index: 0; eye.y: -1e+16; must be -1e+15 to 1e+15"},
+  };
+  v1::RenderRequest request = Good();
+  request.mutable_camera()->set_index(0);
+  for (const CameraRow& row : rows) {
+    FlatScene scene = Scene();
+    row.change(scene.cameras[0], scene.nodes[1].local);
+    const absl::Status status = ValidateRender(request, scene, Limits()).status();
+    if (row.message.empty()) {
+      EXPECT_OK(status);
+    } else {
+      EXPECT_THAT(status, StatusIs(Code::kInvalidArgument, HasSubstr(row.message)));
+    }
+  }
+}
+
+TEST(ValidateRenderTest, ASceneCameraThatNoNodeHoldsIsRefused) {
+  FlatScene scene = Scene();
+  scene.nodes[1].camera = -1;
+  v1::RenderRequest request = Good();
+  request.mutable_camera()->set_index(0);
+  EXPECT_THAT(ValidateRender(request, scene, Limits()),
+              StatusIs(Code::kInvalidArgument, HasSubstr("camera.index: 0; no node of the scene holds this camera")));
 }
 
 TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
@@ -188,6 +297,14 @@ TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
   EXPECT_NE(first, key());
   request.set_seed(0);
   request.mutable_method()->mutable_multi_map()->set_k(65);
+  EXPECT_NE(first, key());
+  request.clear_method();
+  EXPECT_EQ(first, key());
+  request.set_samples(4);
+  EXPECT_NE(first, key());
+  request.set_samples(1);
+  EXPECT_EQ(first, key());
+  request.mutable_shading()->set_tone_map(v1::TONE_MAP_NEUTRAL);
   EXPECT_NE(first, key());
 }
 

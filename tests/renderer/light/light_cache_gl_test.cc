@@ -42,7 +42,11 @@ class LightCacheTest : public testing::TestWithParam<TestMethod> {
   FlatScene scene_;
   RenderRequest request_;
 };
-INSTANTIATE_TEST_SUITE_P(Methods, LightCacheTest, testing::ValuesIn(TestMethods()), TestMethodName);
+// Those whose light data are maps.
+INSTANTIATE_TEST_SUITE_P(Methods, LightCacheTest,
+                         testing::Values(TestMethod{"hard", HardOptions{512}},
+                                         TestMethod{"multi_map", MultiMapOptions{32, 512}}),
+                         TestMethodName);
 
 const PassReport& Pass(const RenderResult& result, const std::string& name) {
   for (const PassReport& pass : result.report.passes) {

@@ -14,6 +14,39 @@
 namespace halfshade {
 namespace {
 
+// What ClipFromView projects to a pixel is what RayFromNdc sees through it, shifted or not.
+TEST(ShiftedCameraTest, RaysAndProjectionAgreeAndTheSampleMovesByTheOffset) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const bool is_orthographic : {false, true}) {
+    for (int round = 0; round < 100; ++round) {
+      Camera camera = *MakeLookAtCamera({3 * unit(random), 2, 3}, {0, unit(random), 0}, {0, 1, 0});
+      camera.is_orthographic = is_orthographic;
+      camera.ortho_height_m = 3;
+      camera.far_m = 100;
+      constexpr int kWidth = 64, kHeight = 48;
+      const glm::dvec2 offset(unit(random) / 2, unit(random) / 2);
+      const Camera shifted = ShiftedCamera(camera, offset, kWidth, kHeight);
+      const double aspect = double(kWidth) / kHeight;
+      const glm::dvec2 ndc(unit(random), unit(random));
+      const glm::dmat3 rays = RayFromNdc(shifted, aspect);
+      const glm::dvec3 across = rays[0] * ndc.x + rays[1] * ndc.y;
+      const double depth = 5 + unit(random);
+      const glm::dvec3 point =
+          shifted.eye_ws + (is_orthographic ? across + rays[2] * depth : (across + rays[2]) * depth);
+      const auto project = [&](const Camera& by) {
+        const glm::dvec4 clip =
+            ClipFromView(by, aspect) * glm::dvec4(ViewRotationFromWorld(by) * (point - by.eye_ws), 1);
+        return glm::dvec2(clip) / clip.w;
+      };
+      EXPECT_LE(glm::length(project(shifted) - ndc), 1e-12);
+      const glm::dvec2 moved = (project(camera) - ndc) * glm::dvec2(kWidth / 2.0, -kHeight / 2.0);
+      EXPECT_LE(glm::length(moved - offset), 1e-12) << "in pixels, y down";
+      EXPECT_EQ(shifted.target_ws, camera.target_ws) << "the ground stays";
+    }
+  }
+}
+
 TEST(OwenSobol2Test, EveryPowerOfTwoPrefixIsStratifiedInAllElementaryIntervals) {
   for (const uint32_t seed : {0u, 1u, 77u}) {
     for (int log = 0; log <= 10; ++log) {

@@ -28,10 +28,92 @@ FramePlan Plan(const FlatScene& scene, const RenderRequest& request) {
 TEST(PlanFrameTest, VisibilityAloneNeedsNoShadingAndNoTextures) {
   const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
   RenderRequest request = Request();
-  EXPECT_TRUE(Plan(scene, request).needs_textures);
+  EXPECT_TRUE(Plan(scene, request).needs_materials);
   request.outputs = {OutputKind::kVisibility};
   EXPECT_FALSE(Plan(scene, request).needs_shading);
-  EXPECT_FALSE(Plan(scene, request).needs_textures);
+  EXPECT_FALSE(Plan(scene, request).needs_materials);
+}
+
+TEST(PlanFrameTest, ViewsDrawWhatTheirOutputsNeedAndNoMore) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  struct Row {
+    std::vector<OutputKind> outputs;
+    int samples;
+    size_t views;
+    bool data, data_materials, data_ids, frame_ids;
+  };
+  using Kind = OutputKind;
+  for (const bool has_catcher : {false, true}) {
+    request.ground = Ground{0, 5, has_catcher};
+    const Row rows[] = {
+        {{Kind::kFrame}, 1, 1, false, true, has_catcher, has_catcher},
+        {{Kind::kFrame, Kind::kObjectId}, 1, 1, true, true, true, true},
+        {{Kind::kFrame}, 8, 8, false, true, has_catcher, has_catcher},
+        {{Kind::kFrame, Kind::kDepth}, 4, 5, true, false, false, has_catcher},
+        {{Kind::kNormal, Kind::kFrame}, 4, 5, true, true, false, has_catcher},
+        {{Kind::kObjectId, Kind::kFrame}, 4, 5, true, false, true, has_catcher},
+        {{Kind::kVisibility}, 8, 1, true, false, false, false},
+        {{Kind::kAlbedo}, 4, 1, true, true, false, false},
+    };
+    for (const Row& row : rows) {
+      request.outputs = row.outputs;
+      request.samples = row.samples;
+      const FramePlan plan = Plan(scene, request);
+      ASSERT_EQ(plan.views.size(), row.views);
+      EXPECT_EQ(plan.views.front().shows_data, row.data);
+      EXPECT_EQ(plan.views.front().needs_materials, row.data_materials);
+      EXPECT_EQ(plan.views.front().needs_object_ids, row.data_ids);
+      glm::dvec2 mean(0);
+      int frames = 0;
+      for (const ViewPlan& view : plan.views) {
+        frames += view.shows_frame;
+        mean += view.offset_pixels;
+        EXPECT_TRUE(view.needs_materials || !view.shows_frame);
+        if (view.shows_frame) {
+          EXPECT_EQ(view.needs_object_ids, row.frame_ids);
+        }
+        EXPECT_TRUE(!view.shows_data || view.offset_pixels == glm::dvec2(0)) << "data is sampled at pixel centres";
+      }
+      EXPECT_EQ(frames, plan.needs_shading ? row.samples : 0);
+      EXPECT_EQ(mean, glm::dvec2(0)) << "the picture does not move";
+    }
+  }
+}
+
+TEST(PlanFrameTest, WithoutAnOutputThatShowsLightLightsAreSkipped) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  request.outputs = {OutputKind::kDepth, OutputKind::kNormal, OutputKind::kObjectId};
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kSkipped);
+  EXPECT_EQ(Plan(scene, request).lights[0].reason, "lights[0]: no output shows light");
+  request.outputs.push_back(OutputKind::kVisibility);
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kCompute);
+}
+
+TEST(PlanFrameTest, AnOrthographicCameraEndsCloseBehindWhatIsVisible) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  EXPECT_EQ(Plan(scene, request).camera_far_m, 0) << "perspective: infinite";
+  request.camera = LookDown(10, 4);
+  EXPECT_EQ(Plan(scene, request).camera_far_m, 100) << "as asked";
+  request.camera.far_m = 0;
+  EXPECT_GT(Plan(scene, request).camera_far_m, 10.5);
+  EXPECT_LT(Plan(scene, request).camera_far_m, 10.5 * (1 + 1e-5));
+  request.camera.eye_ws.y = -10;
+  EXPECT_FALSE(Plan(scene, request).draws_gbuffer) << "everything is behind the camera";
+}
+
+// A sample may see what no pixel's centre does.
+TEST(PlanFrameTest, WhatOnlySamplesBesideTheCentresSeeIsDrawn) {
+  const FlatScene scene = MakeFlatScene({MakePlate({0, 0, 0}, 1, 1)});
+  RenderRequest request = Request();
+  request.camera = LookDown(10, 4);
+  request.width = request.height = 4;       // a pixel is 1 m
+  request.camera.eye_ws.x = 0.5 + 2 + 0.2;  // the view begins .2 m beside the plate
+  EXPECT_FALSE(Plan(scene, request).draws_gbuffer);
+  request.samples = 8;
+  EXPECT_TRUE(Plan(scene, request).draws_gbuffer);
 }
 
 TEST(PlanFrameTest, ALightWithoutPowerIsSkippedUnlessItsVisibilityIsAsked) {

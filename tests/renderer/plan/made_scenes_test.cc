@@ -65,7 +65,8 @@ TEST_P(MadeSceneTest, IsWellFormedAndStandsOnItsGround) {
 
 TEST_P(MadeSceneTest, ItsShadowIsComputedAndItsOccludersAreInView) {
   const MadeScene scene = MakeSmall(GetParam());
-  const RenderRequest request = RequestFor(scene);
+  RenderRequest request = RequestFor(scene);
+  request.outputs = {OutputKind::kVisibility};
   const FlatScene flat = MakeFlatScene(scene.meshes);
   const FramePlan plan = PlanFrame(flat, *BuildPose(flat, 0), request);
   EXPECT_TRUE(plan.draws_gbuffer);

@@ -1,0 +1,191 @@
+#include "server/render_call.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "renderer/status.h"
+#include "server/call_time.h"
+#include "server/encode.h"
+#include "server/gl_worker.h"
+#include "server/report_to_proto.h"
+#include "server/request_id.h"
+#include "server/status.h"
+
+namespace halfshade {
+namespace {
+
+using SystemClock = std::chrono::system_clock;
+using SteadyClock = std::chrono::steady_clock;
+
+double MillisecondsSince(SteadyClock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
+}
+
+}  // namespace
+
+RenderCall::RenderCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::RenderRequest& request,
+                       const char* rpc, const Limits& limits)
+    : plant_(plant), context_(context), request_(request), rpc_(rpc), limits_(limits), request_id_(NextRequestId()) {}
+
+void RenderCall::Start() {
+  self_ = shared_from_this();  // gRPC's share, until OnDone
+  peer_ = context_->peer();
+  deadline_ = EffectiveDeadline(context_->deadline());
+  if (const absl::Status status = CheckRenderFields(request_, limits_); !status.ok()) {
+    Fail(status);
+    return;
+  }
+  alarm_ = std::make_unique<grpc::Alarm>();
+  alarm_->Set(deadline_, [self = shared_from_this()](bool is_due) {
+    if (is_due) self->GiveUp(absl::DeadlineExceededError("the deadline passed"));
+  });
+  plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, peer_);
+}
+
+absl::Status RenderCall::StopReason() const {
+  if (plant_->is_stopping) return absl::UnavailableError("the server is stopping");
+  if (gave_up_) return absl::CancelledError("given up");
+  if (SystemClock::now() >= deadline_) return absl::DeadlineExceededError("the deadline passed");
+  return absl::OkStatus();
+}
+
+void RenderCall::GiveUp(const absl::Status& reason) {
+  gave_up_ = true;
+  plant_->queue->Withdraw(id());
+  Fail(reason);
+}
+
+void RenderCall::Fail(const absl::Status& status) {
+  if (is_finished_.exchange(true)) return;
+  ++plant_->renders_failed;
+  if (absl::IsInternal(status)) {
+    spdlog::error("{} {} {}", request_id_, rpc_, status.ToString());
+  } else {
+    spdlog::info("{} {} {}", request_id_, rpc_, status.ToString());
+  }
+  if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
+    context_->AddTrailingMetadata(kPushbackKey, pushback);
+  }
+  FinishRpc(ToGrpcStatus(status, request_id_));
+}
+
+bool RenderCall::ClaimSuccess() {
+  if (is_finished_.exchange(true)) return false;
+  ++plant_->renders_ok;
+  in_flight_ = {};  // before the caller can see the end and ask for more
+  return true;
+}
+
+void RenderCall::Release() {
+  alarm_.reset();
+  self_.reset();
+}
+
+void RenderCall::Prepare() {
+  if (gave_up_) return;
+  auto scene = plant_->catalog->Load(request_.scene(), &load_ms_);
+  if (!scene.ok()) {
+    // The catalog's word for it is `name`; the request's is `scene`.
+    Fail(scene.status());
+    return;
+  }
+  scene_ = *std::move(scene);
+  auto validated = ValidateRender(request_, *scene_, limits_);
+  if (!validated.ok()) {
+    Fail(validated.status());
+    return;
+  }
+  render_ = *std::move(validated);
+  auto plan = PlanRender(*scene_, render_.request);
+  auto hold = plant_->in_flight->Take(render_.reply_bytes, "outputs");
+  if (!plan.ok() || !hold.ok()) {
+    Fail(plan.ok() ? hold.status() : plan.status());
+    return;
+  }
+  in_flight_ = *std::move(hold);
+  queued_at_ = SteadyClock::now();
+  RenderJob job;
+  job.id = id();
+  job.run = [self = shared_from_this()](WorkerRenderer& worker) { self->Draw(worker); };
+  if (const absl::Status status = plant_->queue->Push(std::move(job), deadline_ - SystemClock::now()); !status.ok()) {
+    Fail(status);
+    return;
+  }
+  OnQueued(ToProto(*plan));
+}
+
+void RenderCall::Draw(WorkerRenderer& worker) {
+  dequeued_at_ = SteadyClock::now();
+  queue_ms_ = std::chrono::duration<double, std::milli>(dequeued_at_ - queued_at_).count();
+  if (const absl::Status status = StopReason(); !status.ok()) {
+    Fail(status);
+    return;
+  }
+  const double cpu_begin = ProcessCpuMs();
+  auto result = worker.renderer->Render(request_.scene(), *scene_, render_.request, [this] { return StopReason(); });
+  cpu_ms_ = ProcessCpuMs() - cpu_begin;
+  if (!result.ok()) {
+    Fail(result.status());
+    return;
+  }
+  result_ = *std::move(result);
+  gl_renderer_ = worker.gl_renderer;
+  gl_version_ = worker.gl_version;
+  plant_->encode_pool->Run([self = shared_from_this()] { self->EncodeAndDeliver(); }, peer_);
+}
+
+void RenderCall::EncodeAndDeliver() {
+  if (gave_up_) return;
+  auto encoded = Encode(std::move(result_.images), render_.formats, [this] { return StopReason(); });
+  if (!encoded.ok()) {
+    Fail(encoded.status());
+    return;
+  }
+  v1::RenderResponse response;
+  *response.mutable_report() = ToProto(result_.report);
+  for (size_t i = 0; i < encoded->size(); ++i) AddImage(i, std::move((*encoded)[i]), &response);
+  CompleteReport(response.mutable_report());
+  Deliver(std::move(response));
+}
+
+void RenderCall::AddImage(size_t index, EncodedOutput encoded, v1::RenderResponse* response) const {
+  const OutputFormat& format = render_.formats[index];
+  v1::OutputImage* image = response->add_images();
+  image->set_kind(ToProto(render_.request.outputs[index]));
+  image->set_encoding(ToProto(format.encoding));
+  image->set_layer(format.layer);
+  image->set_data(std::move(encoded.bytes));
+  image->set_width(uint32_t(render_.request.width));
+  image->set_height(uint32_t(render_.request.height));
+  image->set_channels(uint32_t(format.channels.size()));
+  v1::OutputReport* report = response->mutable_report()->add_outputs();
+  report->set_kind(ShortName(image->kind()));
+  report->set_encoding(ShortName(image->encoding()));
+  report->set_width(image->width());
+  report->set_height(image->height());
+  report->set_channels(image->channels());
+  report->set_pixel_sha256(encoded.pixel_sha256);
+  v1::Timing* timing = response->mutable_report()->mutable_timing();
+  timing->set_encode_ms(timing->encode_ms() + encoded.encode_ms);
+  timing->set_digest_ms(timing->digest_ms() + encoded.digest_ms);
+}
+
+void RenderCall::CompleteReport(v1::RenderReport* report) const {
+  v1::Timing* timing = report->mutable_timing();
+  timing->set_queue_ms(queue_ms_);
+  timing->set_load_ms(load_ms_);
+  timing->set_cpu_ms(cpu_ms_);
+  timing->set_total_ms(MillisecondsSince(dequeued_at_));
+  v1::Cache* cache = report->add_caches();
+  cache->set_name("scene");
+  cache->set_hits(load_ms_ == 0);
+  cache->set_misses(load_ms_ > 0);
+  cache->set_bytes(scene_->SizeBytes());
+  report->set_gl_renderer(gl_renderer_);
+  report->set_gl_version(gl_version_);
+  report->set_server_version(HALFSHADE_VERSION);
+  report->set_content_key(ContentKey(request_.scene(), render_, HALFSHADE_VERSION, gl_renderer_));
+}
+
+}  // namespace halfshade

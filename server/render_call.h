@@ -1,0 +1,104 @@
+// One render on its way through the server, whichever rpc asked for it: the scene and the plain request on the CPU
+// pool, the render queue, a GL thread, the encode pool, and then out as its rpc has it.
+//
+// It is finished exactly once, by whichever comes first: its result, its deadline (an alarm, not the next dequeue), or
+// its cancellation. Shared by gRPC, the alarm, the pools and the queue; the last of them lets go. Thread-safe.
+#pragma once
+
+#include <grpcpp/alarm.h>
+#include <grpcpp/server_context.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "halfshade/v1/render.pb.h"
+#include "renderer/renderer.h"
+#include "server/admission.h"
+#include "server/byte_budget.h"
+#include "server/cpu_pool.h"
+#include "server/encode.h"
+#include "server/limits.h"
+#include "server/scene_catalog.h"
+#include "server/validate.h"
+
+namespace halfshade {
+
+// What the calls share; all outlives them.
+struct RenderPlant {
+  SceneCatalog* catalog = nullptr;
+  CpuPool* pool = nullptr;
+  CpuPool* encode_pool = nullptr;
+  RenderQueue* queue = nullptr;
+  ByteBudget* in_flight = nullptr;  // images that are drawn, encoded or sent, as the encoder gets them
+  Limits limits;
+  std::chrono::milliseconds stream_stall{30000};  // a reader that takes nothing for so long is dropped
+  std::atomic<bool> is_stopping{false};           // renders under way give up
+  std::atomic<uint64_t> renders_ok{0};
+  std::atomic<uint64_t> renders_failed{0};
+};
+
+class RenderCall : public std::enable_shared_from_this<RenderCall> {
+ public:
+  virtual ~RenderCall() = default;
+  // Call once, on an object that a shared_ptr owns.
+  void Start();
+
+ protected:
+  // `rpc` is for the log. `limits` are the plant's, less what the rpc lifts.
+  RenderCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::RenderRequest& request,
+             const char* rpc, const Limits& limits);
+
+  // Asked between GL submissions and between an encoder's rows.
+  absl::Status StopReason() const;
+  // A call that waits is answered now; one that is drawn or encoded stops at its next check, and is answered now too.
+  void GiveUp(const absl::Status& reason);
+  // Finishes with an error, unless the call is finished.
+  void Fail(const absl::Status& status);
+  // True for the one caller that may finish the call well; its images are in flight no more.
+  bool ClaimSuccess();
+  // gRPC's share, given back in OnDone.
+  void Release();
+
+  RenderPlant* plant() const { return plant_; }
+  grpc::CallbackServerContext* context() const { return context_; }
+
+ private:
+  // What is known before drawing; the call waits in the queue. Not called when it is refused there.
+  virtual void OnQueued(v1::RenderReport plan) = 0;
+  // All of it, once, unless the call is given up before. Claims success when it is about to finish.
+  virtual void Deliver(v1::RenderResponse response) = 0;
+  // Ends the rpc, once.
+  virtual void FinishRpc(const grpc::Status& status) = 0;
+
+  void Prepare();                     // on the CPU pool
+  void Draw(WorkerRenderer& worker);  // on a GL thread
+  void EncodeAndDeliver();            // on the encode pool
+  void AddImage(size_t index, EncodedOutput encoded, v1::RenderResponse* response) const;
+  void CompleteReport(v1::RenderReport* report) const;
+  uint64_t id() const { return uint64_t(reinterpret_cast<uintptr_t>(this)); }
+
+  RenderPlant* const plant_;
+  grpc::CallbackServerContext* const context_;
+  const v1::RenderRequest request_;
+  const char* const rpc_;
+  const Limits limits_;
+  const std::string request_id_;
+  std::string peer_;
+  std::shared_ptr<RenderCall> self_;
+  std::unique_ptr<grpc::Alarm> alarm_;  // keeps its callback, and so a share of this, until it is destroyed
+  std::chrono::system_clock::time_point deadline_;
+  std::atomic<bool> gave_up_{false};
+  std::atomic<bool> is_finished_{false};
+  SceneCache::ScenePtr scene_;
+  ValidatedRender render_;
+  ByteBudget::Hold in_flight_;
+  RenderResult result_;
+  std::chrono::steady_clock::time_point queued_at_, dequeued_at_;
+  double load_ms_ = 0, queue_ms_ = 0, cpu_ms_ = 0;
+  std::string gl_renderer_, gl_version_;
+};
+
+}  // namespace halfshade
