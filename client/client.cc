@@ -10,6 +10,7 @@
 #include <future>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "client/rendezvous.h"
 #include "client/retry.h"
@@ -115,7 +116,7 @@ void Client::Notice(const std::string& sentence) const {
   if (notice_) notice_(sentence);
 }
 
-absl::Status Client::Call(const std::string& scene, const Attempt& attempt) const {
+absl::Status Client::Call(const std::string& scene, const Attempt& attempt, const std::function<bool()>& got_on) const {
   const int max_attempts = servers_.size() > 1 ? kAttemptsWithOthers : kAttempts;
   for (int i = 0;; ++i) {
     grpc::ClientContext context;
@@ -123,8 +124,10 @@ absl::Status Client::Call(const std::string& scene, const Attempt& attempt) cons
     if (!scene.empty()) context.AddMetadata("x-halfshade-scene", scene);
     const grpc::Status status = attempt(&context);
     if (status.ok()) return absl::OkStatus();
+    const bool is_stuck = !got_on || !got_on();
+    if (!is_stuck) i = 0;
     const auto pause = RetryPause(status.error_code(), PushbackOf(context), i, max_attempts);
-    if (!pause || Clock::now() + *pause >= retry_until_) return ToAbsl(status);
+    if (!pause || Clock::now() + *pause >= (is_stuck ? retry_until_ : deadline_)) return ToAbsl(status);
     Notice(absl::StrCat(status.error_message(), "; again in ", pause->count(), " ms"));
     std::this_thread::sleep_for(*pause);
   }
@@ -143,10 +146,12 @@ absl::Status Client::OnServersOf(const std::string& scene,
 absl::Status Client::UploadBlob(const std::string& server, const std::string& scene, const SceneFile& file,
                                 const std::function<void(size_t bytes)>& sent) {
   const auto stub = v1::SceneService::NewStub(ChannelTo(server));
-  bool is_cut = false;
-  return Call(scene, [&](grpc::ClientContext* context) -> grpc::Status {
-    uint64_t offset = 0;
-    if (is_cut) {
+  // What an earlier upload left, ours or another's, is not sent again. For one chunk the question is not worth a call.
+  bool may_be_begun = file.bytes.size() > kChunkBytes;
+  uint64_t begin = 0, furthest = 0;  // of the last attempt; of all
+  const auto upload = [&](grpc::ClientContext* context) -> grpc::Status {
+    begin = 0;
+    if (may_be_begun) {
       grpc::ClientContext query_context;
       query_context.set_deadline(deadline_);
       query_context.AddMetadata("x-halfshade-scene", scene);
@@ -154,13 +159,14 @@ absl::Status Client::UploadBlob(const std::string& server, const std::string& sc
       query.set_digest(file.digest);
       v1::QueryUploadResponse progress;
       // Without an answer the upload starts over.
-      if (stub->QueryUpload(&query_context, query, &progress).ok()) offset = progress.committed_bytes();
+      if (stub->QueryUpload(&query_context, query, &progress).ok()) begin = progress.committed_bytes();
       if (progress.complete()) return grpc::Status::OK;
-      if (offset >= file.bytes.size()) offset = 0;
+      if (begin > file.bytes.size()) begin = 0;
     }
-    is_cut = true;
+    may_be_begun = true;
     v1::UploadBlobResponse response;
     const auto writer = stub->UploadBlob(context, &response);
+    uint64_t offset = begin;
     do {
       v1::UploadBlobRequest chunk;
       chunk.set_digest(file.digest);
@@ -173,7 +179,15 @@ absl::Status Client::UploadBlob(const std::string& server, const std::string& sc
     } while (offset < file.bytes.size());
     writer->WritesDone();
     return writer->Finish();
-  });
+  };
+  const auto got_on = [&] { return begin > std::exchange(furthest, std::max(furthest, begin)); };
+  absl::Status status = Call(scene, upload, got_on);
+  if (absl::IsInvalidArgument(status) && begin > 0) {
+    // What was there does not fit our bytes, or went meanwhile.
+    may_be_begun = false;
+    status = Call(scene, upload, got_on);
+  }
+  return status;
 }
 
 absl::Status Client::UploadBlobs(const std::string& server, const SceneFiles& files) {

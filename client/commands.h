@@ -25,6 +25,14 @@ struct RenderCommand {
   bool prints_request = false;
 };
 
+struct CompareCommand {
+  std::string reference;
+  std::string tested;
+  std::string mask;  // empty: every pixel counts
+  std::string size;  // WIDTHxHEIGHT of files without a header
+};
+
+absl::Status RunCompare(const GlobalFlags& global, const CompareCommand& command);
 absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command);
 // Visibility of every light from the points of a CSV file (client/points_file.h): a line a point, a value a light.
 absl::Status RunQuery(const GlobalFlags& global, const RenderFlags& flags, const std::string& points_file);

@@ -17,7 +17,9 @@ absl::Status WriteImages(const v1::RenderResponse& response, const std::vector<s
     return absl::InternalError(absl::StrCat("the server sent ", response.images_size(), " images, not ", paths.size()));
   }
   std::vector<OutputFile> files;
-  for (size_t i = 0; i < paths.size(); ++i) files.push_back({paths[i], response.images(static_cast<int>(i)).data()});
+  for (size_t i = 0; i < paths.size(); ++i) {
+    if (!paths[i].empty()) files.push_back({paths[i], response.images(static_cast<int>(i)).data()});
+  }
   return WriteOutputFiles(files);
 }
 
@@ -41,7 +43,9 @@ absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command) 
   if (job.files.empty() && !global.wants_json) {
     return UsageError("render: nothing to do without -o FILE, --json or --print-request");
   }
-  for (const std::string& path : job.files) RETURN_IF_ERROR(CheckCanWrite(path));
+  for (const std::string& path : job.files) {
+    if (!path.empty()) RETURN_IF_ERROR(CheckCanWrite(path));
+  }
   SceneFiles files;
   if (is_file) {
     ASSIGN_OR_RETURN(files, ReadSceneFiles(job.request.scene()));
@@ -52,6 +56,7 @@ absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command) 
                    session->client().Render(job.request, is_file ? &files : nullptr));
   if (!job.files.empty()) RETURN_IF_ERROR(WriteImages(response, job.files));
   for (size_t i = 0; i < job.files.size(); ++i) {
+    if (job.files[i].empty()) continue;
     session->progress().Say(Summary(job.files[i], response, static_cast<int>(i)));
   }
   return global.wants_json ? Print(ToJson(response.report(), /*with_defaults=*/true)) : absl::OkStatus();

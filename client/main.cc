@@ -17,11 +17,12 @@ struct CommandLine {
   GlobalFlags global;
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
+  CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "compare", "batch", "sample", "bench"};
+constexpr const char* kLater[] = {"plan", "batch", "sample", "bench"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -63,7 +64,10 @@ void AddRender(CLI::App* app, CommandLine* line) {
   CLI::App* render = app->add_subcommand("render", "render a scene with soft shadows");
   RenderFlags& flags = line->render.flags;
   AddSceneFlags(render, flags);
-  render->add_option("-o,--output", flags.outputs, "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable")
+  render
+      ->add_option(
+          "-o,--output", flags.outputs,
+          "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers")
       ->allow_extra_args(false);
   auto* camera = render->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");
   render->add_option("--camera-index", flags.camera_index, "a camera of the scene")->excludes(camera);
@@ -83,6 +87,16 @@ void AddQuery(CLI::App* app, CommandLine* line) {
   query->add_option("POINTS.csv", line->file, "lines of x,y,z or x,y,z,nx,ny,nz: world metres, unit normals")
       ->required();
   query->callback([line] { line->run = [line] { return RunQuery(line->global, line->render.flags, line->file); }; });
+}
+
+void AddCompare(CLI::App* app, CommandLine* line) {
+  CLI::App* compare = app->add_subcommand("compare", "how far image B is from A, the reference: every error figure");
+  CompareCommand& command = line->compare;
+  compare->add_option("A", command.reference, ".png .exr .jpg .tif .f32 .f16")->required();
+  compare->add_option("B", command.tested, "of the same size and channels")->required();
+  compare->add_option("--mask", command.mask, "an image of one channel: pixels over 0 count");
+  compare->add_option("--size", command.size, "WIDTHxHEIGHT of .f32 and .f16, where no other file tells it");
+  compare->callback([line] { line->run = [line] { return RunCompare(line->global, line->compare); }; });
 }
 
 void AddOthers(CLI::App* app, CommandLine* line) {
@@ -118,6 +132,7 @@ absl::Status Run(int argc, char** argv) {
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
   AddQuery(&app, &line);
+  AddCompare(&app, &line);
   AddOthers(&app, &line);
   try {
     app.parse(argc, argv);

@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "client/exit_code.h"
@@ -117,10 +119,9 @@ absl::Status ApplyMethod(const RenderFlags& flags, v1::RenderRequest* request) {
 
 absl::Status ApplyNumbers(const RenderFlags& flags, v1::RenderRequest* request) {
   if (!flags.size.empty()) {
-    uint32_t width = 0, height = 0;
-    RETURN_IF_ERROR(ReadPair("--size", flags.size, 'x', "WIDTHxHEIGHT", &width, &height));
-    request->set_width(width);
-    request->set_height(height);
+    ASSIGN_OR_RETURN(const auto size, ReadSize("--size", flags.size));
+    request->set_width(size.first);
+    request->set_height(size.second);
   }
   if (flags.max_error) request->mutable_budget()->set_max_error(*flags.max_error);
   if (flags.max_latency_ms) {
@@ -171,19 +172,53 @@ absl::Status ReadOutput(const std::string& text, v1::Output* output, std::string
   return absl::OkStatus();
 }
 
+// The layer of an output that shares its EXR with others: the request file's name for it, else its kind.
+void NameLayer(v1::Output* output) {
+  const std::string kind = v1::OutputKind_Name(output->kind()).substr(std::strlen("OUTPUT_KIND_"));
+  if (output->layer().empty()) output->set_layer(absl::AsciiStrToLower(kind));
+}
+
+// Outputs of one FILE become layers of one EXR, which the first of them carries; all others have no layer.
+absl::Status ShareFiles(PreparedRender* job) {
+  std::map<std::string, std::vector<int>> targets;
+  for (size_t i = 0; i < job->files.size(); ++i) {
+    targets[fs::absolute(job->files[i]).lexically_normal().string()].push_back(int(i));
+  }
+  std::string shared;
+  for (const auto& [target, outputs] : targets) {
+    if (outputs.size() == 1) {
+      job->request.mutable_outputs(outputs[0])->clear_layer();
+      continue;
+    }
+    std::set<v1::OutputKind> kinds;
+    for (const int i : outputs) {
+      v1::Output* output = job->request.mutable_outputs(i);
+      const bool is_exr = output->encoding() == v1::ENCODING_EXR_HALF || output->encoding() == v1::ENCODING_EXR_FLOAT;
+      const std::string& file = job->files[size_t(outputs[0])];
+      if (!is_exr || !kinds.insert(output->kind()).second) {
+        return UsageError(
+            absl::StrCat("-o: '", file, "' would be written twice; an .exr takes one output of each kind"));
+      }
+      if (!shared.empty() && shared != target) {
+        return UsageError(absl::StrCat("-o: '", file, "' and another .exr have several outputs; one may"));
+      }
+      shared = target;
+      NameLayer(output);
+      if (i != outputs[0]) job->files[size_t(i)].clear();
+    }
+  }
+  return absl::OkStatus();
+}
+
 // -o replaces the request file's outputs; what else that file says of an output of the same kind stays.
 absl::Status ApplyOutputs(const RenderFlags& flags, PreparedRender* job) {
   if (flags.outputs.empty()) return absl::OkStatus();
   const auto asked = job->request.outputs();
   job->request.clear_outputs();
-  std::set<std::string> targets;
   for (const std::string& text : flags.outputs) {
     v1::Output from_flag;
     std::string file;
     RETURN_IF_ERROR(ReadOutput(text, &from_flag, &file));
-    if (!targets.insert(fs::absolute(file).lexically_normal().string()).second) {
-      return UsageError(absl::StrCat("-o: '", file, "' would be written twice"));
-    }
     const auto same_kind = std::find_if(asked.begin(), asked.end(),
                                         [&](const v1::Output& output) { return output.kind() == from_flag.kind(); });
     v1::Output* output = job->request.add_outputs();
@@ -191,10 +226,16 @@ absl::Status ApplyOutputs(const RenderFlags& flags, PreparedRender* job) {
     output->MergeFrom(from_flag);
     job->files.push_back(file);
   }
-  return absl::OkStatus();
+  return ShareFiles(job);
 }
 
 }  // namespace
+
+absl::StatusOr<std::pair<uint32_t, uint32_t>> ReadSize(const std::string& flag, const std::string& text) {
+  std::pair<uint32_t, uint32_t> size;
+  RETURN_IF_ERROR(ReadPair(flag, text, 'x', "WIDTHxHEIGHT", &size.first, &size.second));
+  return size;
+}
 
 absl::StatusOr<PreparedRender> PrepareRender(const RenderFlags& flags) {
   PreparedRender job;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "halfshade/v1/render.pb.h"
@@ -33,9 +34,13 @@ struct RenderFlags {
 };
 
 struct PreparedRender {
-  v1::RenderRequest request;       // scene is "scenes/<hex>", or else the path of a file
-  std::vector<std::string> files;  // of request.outputs, in order; empty: nothing is written
+  v1::RenderRequest request;  // scene is "scenes/<hex>", or else the path of a file
+  // Of request.outputs, in order; "": it is a layer of a file before it. Empty: nothing is written.
+  std::vector<std::string> files;
 };
+
+// "WIDTHxHEIGHT", whole numbers of at least 1. Usage error naming `flag`.
+absl::StatusOr<std::pair<uint32_t, uint32_t>> ReadSize(const std::string& flag, const std::string& text);
 
 // The request file, then the view over it, then the other flags over both. Reads the two files and nothing else.
 // Errors: usage (64), NOT_FOUND for an absent file, INVALID_ARGUMENT for a file's content.

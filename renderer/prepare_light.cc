@@ -18,7 +18,7 @@ absl::StatusOr<RaySceneCache::Pointer> PrepareRayScene(const DrawContext& draw, 
   const bool is_hit = ray_scene != nullptr;
   if (!is_hit) {
     RETURN_IF_ERROR(TimedPass(draw, report, "ray_scene", &report.light_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(ray_scene, RayScene::Create(source.scene, source.pose));
+      ASSIGN_OR_RETURN(ray_scene, RayScene::Create(source.scene, source.pose, source.decoder));
       report.passes.back().count = ray_scene->triangles().indices.size() / 3;
       return absl::OkStatus();
     }));
@@ -64,7 +64,8 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
     RETURN_IF_ERROR(TimedPass(draw, report, pass, &report.light_ms, [&]() -> absl::Status {
       if (needs.maps > 0) {
         ASSIGN_OR_RETURN(inputs.occluders,
-                         OccludersOnContext::Create(draw, BuildLightSpaceOccluders(source.scene, source.pose, side)));
+                         OccludersOnContext::Create(draw, source.scene, *source.on_context,
+                                                    BuildLightSpaceOccluders(source.scene, source.pose, side)));
       }
       ASSIGN_OR_RETURN(data, method.BuildLightData(draw, inputs, options));
       report.passes.back().count = data->MapsDrawn();

@@ -15,6 +15,7 @@
 #include "renderer/scene/flat_scene.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/ray_scene.h"
+#include "renderer/scene/scene_on_context.h"
 #include "renderer/shadow/shadow_method.h"
 
 namespace halfshade {
@@ -32,6 +33,8 @@ struct LightSource {
   const Pose& pose;
   const RenderRequest& request;
   const RegisteredMethod& method;
+  const SceneOnContext* on_context = nullptr;  // with the masks' textures; null for methods that draw no maps
+  const ImageDecoder& decoder;                 // for masks of ray scenes
   uint64_t computed_lights =
       1;  // of the call: each may take as much of the cache, so that the next call finds them all
 };

@@ -37,7 +37,8 @@ absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const Regist
 }  // namespace
 
 absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene,
-                                        const RenderRequest& request, const QueryPoints& points, LightCaches& caches) {
+                                        const RenderRequest& request, const QueryPoints& points,
+                                        SceneOnContext* on_context, const ImageDecoder& decoder, LightCaches& caches) {
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
   const RegisteredMethod& method = FindMethod(request.method);
   const std::vector<LightPlan> lights = PlanQuery(scene, pose, request, Bounds(points));
@@ -50,7 +51,12 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
   const CpuReceivers on_cpu = MakePointReceivers(points.points_ws, points.normals_ws);
   Receivers receivers = {nullptr, on_cpu.camera, on_cpu.width, on_cpu.height};
   receivers.on_cpu = &on_cpu;
-  const LightSource source = {scene_name, scene, pose, request, method, CountComputed(lights)};
+  const LightSource source = {scene_name, scene, pose, request, method, on_context, decoder, CountComputed(lights)};
+  if (source.computed_lights > 0 && on_context != nullptr && HasMaskedCaster(scene, pose)) {
+    RETURN_IF_ERROR(TimedPass(draw, report, "textures", &report.upload_ms, [&] {
+      return on_context->NeedTextures(draw, scene, decoder, /*with_materials=*/false);
+    }));
+  }
   ReceiverTextures textures;
   if (source.computed_lights > 0 && !method.method->Needs(request.method, {}).cpu_receivers) {
     RETURN_IF_ERROR(TimedPass(draw, report, "receivers", &report.upload_ms, [&]() -> absl::Status {

@@ -8,8 +8,10 @@
 
 namespace halfshade {
 
-// Renderer::QueryVisibility on a context with these caches.
+// Renderer::QueryVisibility on a context with these caches. `on_context`: the scene, for methods that draw maps; else
+// null.
 absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene,
-                                        const RenderRequest& request, const QueryPoints& points, LightCaches& caches);
+                                        const RenderRequest& request, const QueryPoints& points,
+                                        SceneOnContext* on_context, const ImageDecoder& decoder, LightCaches& caches);
 
 }  // namespace halfshade

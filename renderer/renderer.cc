@@ -40,7 +40,9 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
   report.reason = request.method_reason;
   if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
   if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "no FRAME is asked"));
-  if (!plan.needs_materials) report.passes.push_back(SkippedPass("materials", "no FRAME, NORMAL or ALBEDO is asked"));
+  if (!plan.needs_textures) {
+    report.passes.push_back(SkippedPass("textures", "no FRAME, NORMAL or ALBEDO is asked, and nothing is masked"));
+  }
   if (!plan.needs_object_ids) {
     report.passes.push_back(SkippedPass("object_ids", "no OBJECT_ID and no shadow catcher is asked"));
   }
@@ -50,9 +52,11 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
 // One frame on its way through the house.
 class Frame {
  public:
-  Frame(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene, const RenderRequest& request,
-        LightCaches* caches)
+  Frame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name, const FlatScene& scene,
+        const RenderRequest& request, const ImageDecoder& decoder, LightCaches* caches)
       : draw_(draw),
+        ltc_(ltc),
+        decoder_(decoder),
         scene_name_(scene_name),
         scene_(scene),
         request_(request),
@@ -60,16 +64,18 @@ class Frame {
         method_(FindMethod(request.method)),
         caches_(caches) {}
 
-  absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
+  absl::Status Draw(SceneOnContext& on_context) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
     report_ = DescribePlan(plan_, request_, method_);
     if (Wants(OutputKind::kVisibility)) {
       images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
     }
-    if (plan_.needs_materials) {
-      RETURN_IF_ERROR(
-          Timed("materials", &report_.upload_ms, [&] { return on_context.NeedMaterials(draw_, scene_, decoder); }));
+    if (plan_.needs_textures) {
+      const uint64_t before = on_context.decoded_images();
+      RETURN_IF_ERROR(Timed("textures", &report_.upload_ms,
+                            [&] { return on_context.NeedTextures(draw_, scene_, decoder_, plan_.needs_materials); }));
+      report_.passes.back().count = on_context.decoded_images() - before;
     }
     for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
     if (plan_.needs_shading) {
@@ -114,14 +120,14 @@ class Frame {
     if (view.shows_data) RETURN_IF_ERROR(ReadData());
     if (view.shows_frame) {
       RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, gbuffer_, request_));
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
         if (HasCatcher()) {
-          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, gbuffer_, request_));
+          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
         }
         return absl::OkStatus();
       }));
     }
-    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name));
+    for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name, on_context));
     if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
     return Timed(name + "finish_frame", &report_.shade_ms, [&] {
       const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
@@ -147,7 +153,7 @@ class Frame {
   }
 
   // One side of a light.
-  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name) {
+  absl::Status DrawLight(const LightPlan& plan, const std::string& view_name, const SceneOnContext& on_context) {
     const AreaLight& light = plan.light;
     const std::string name = view_name + LightName(plan);
     // Said once, whatever the number of views.
@@ -161,7 +167,8 @@ class Frame {
     const bool computes = plan.outcome == LightOutcome::kCompute;
     gl::ObjectCache<LightData>::Pointer& data = held_light_data_[&plan];
     if (computes && data == nullptr) {
-      const LightSource source = {scene_name_, scene_, pose_, request_, method_, CountComputed(plan_.lights)};
+      const LightSource source = {scene_name_, scene_,      pose_,    request_,
+                                  method_,     &on_context, decoder_, CountComputed(plan_.lights)};
       ASSIGN_OR_RETURN(data, PrepareLight(draw_, source, light, name + "light_data", *caches_, report_));
     }
     gl::Texture visibility;
@@ -177,13 +184,13 @@ class Frame {
                           [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
     if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
-        return AddLight(draw_, gbuffer_, receivers_, light, visibility, request_, frame_);
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, visibility, request_, frame_);
       }));
     }
     if (view_->shows_frame && HasCatcher()) {
       RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
-        return AddLight(draw_, gbuffer_, receivers_, light, share, request_, unshadowed_);
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, share, request_, unshadowed_);
       }));
     }
     if (view_ == &plan_.views.back()) held_light_data_.erase(&plan);
@@ -245,6 +252,8 @@ class Frame {
   }
 
   const DrawContext& draw_;
+  const LtcTextures& ltc_;
+  const ImageDecoder& decoder_;
   const std::string& scene_name_;
   const FlatScene& scene_;
   RenderRequest request_;  // its camera: the view's
@@ -268,13 +277,16 @@ class Frame {
 
 class ContextRenderer : public Renderer {
  public:
-  ContextRenderer(gl::Context* context, ImageDecoder decoder, const ContextMemory& memory)
+  ContextRenderer(gl::Context* context, LtcTextures ltc, ImageDecoder decoder, const ContextMemory& memory)
       : context_(context),
         programs_(context),
+        ltc_(std::move(ltc)),
         decoder_(std::move(decoder)),
         scenes_(memory.scene_bytes),
         lights_{gl::ObjectCache<LightData>(memory.light_data_bytes),
                 gl::ObjectCache<const RayScene>(memory.ray_scene_bytes)} {}
+
+  void SetDecoder(ImageDecoder decoder) { decoder_ = std::move(decoder); }
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
@@ -287,7 +299,16 @@ class ContextRenderer : public Renderer {
                                               const RenderRequest& request, const QueryPoints& points,
                                               const StopCheck& stop) override {
     gl::Pacer pacer(*context_, stop);
-    auto result = QueryLights({context_, &programs_, &pacer}, scene_name, scene, request, points, lights_);
+    const DrawContext draw = {context_, &programs_, &pacer};
+    gl::ObjectCache<SceneOnContext>::Pointer on_context;
+    if (FindMethod(request.method).method->Needs(request.method, {}).maps > 0) {
+      on_context = scenes_.Find(SceneKey(scene_name));
+      if (on_context == nullptr) {
+        ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
+      }
+    }
+    auto result = QueryLights(draw, scene_name, scene, request, points, on_context.get(), decoder_, lights_);
+    if (on_context != nullptr) scenes_.Keep(SceneKey(scene_name), std::move(on_context));  // it may have grown
     TrimCaches();
     return result;
   }
@@ -336,8 +357,8 @@ class ContextRenderer : public Renderer {
       ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, scene_name, scene, request, &lights_);
-    const absl::Status status = frame.Draw(*on_context, decoder_);
+    Frame frame(draw, ltc_, scene_name, scene, request, decoder_, &lights_);
+    const absl::Status status = frame.Draw(*on_context);
     scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
     RETURN_IF_ERROR(status);
     RenderResult result = frame.TakeResult();
@@ -351,6 +372,7 @@ class ContextRenderer : public Renderer {
 
   gl::Context* context_;
   gl::ProgramCache programs_;
+  LtcTextures ltc_;
   ImageDecoder decoder_;
   gl::ObjectCache<SceneOnContext> scenes_;
   LightCaches lights_;
@@ -377,9 +399,11 @@ absl::StatusOr<QueryResult> Renderer::QueryVisibility(const std::string&, const 
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
                                                            const ContextMemory& memory) {
-  auto renderer = std::make_unique<ContextRenderer>(context, std::move(decoder), memory);
+  ASSIGN_OR_RETURN(LtcTextures ltc, LtcTextures::Create(*context));
+  auto renderer = std::make_unique<ContextRenderer>(context, std::move(ltc), WarmUpTexel, memory);
   RETURN_IF_ERROR(WarmUp(*renderer));
   renderer->ForgetEverything();
+  renderer->SetDecoder(std::move(decoder));
   return renderer;
 }
 

@@ -7,32 +7,51 @@
 namespace halfshade {
 namespace {
 
-// One triangle in the plane z = 0.
-FlatScene Triangle() {
+// A triangle in the plane z = 0 for each program of the G-buffer that real scenes take: without textures, with a base
+// colour, with maps too, and masked.
+FlatScene Triangles() {
+  constexpr uint32_t kMaterials = 4;
   FlatScene scene;
-  scene.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
-  scene.normals.assign(3, {0, 0, 1});
-  scene.texcoords.assign(3, {0, 0});
-  scene.indices = {0, 1, 2};
-  Mesh mesh;
-  mesh.vertex_count = mesh.index_count = 3;
-  mesh.cluster_count = 1;
-  for (const glm::vec3& p : scene.positions) mesh.bounds.Add(p);
-  scene.meshes = {mesh};
-  scene.clusters = {{0, 1, mesh.bounds}};
-  scene.materials.resize(1);
-  Node node;
-  node.mesh_count = 1;
-  scene.nodes = {node};
-  scene.scenes = {{"", {0}}};
+  scene.images = {{"warm-up", "", 1, 1}};
+  scene.textures.resize(1);
+  scene.materials.resize(kMaterials + 1);
+  for (uint32_t i = 1; i < kMaterials; ++i) scene.materials[i].base_color_texture.texture = 0;
+  scene.materials[2].normal_texture.texture = 0;
+  scene.materials[3].alpha_mode = AlphaMode::kMask;
+  SceneRoots roots;
+  for (uint32_t i = 0; i < kMaterials; ++i) {
+    Mesh mesh;
+    mesh.first_vertex = mesh.first_index = 3 * i;
+    mesh.vertex_count = mesh.index_count = 3;
+    mesh.first_cluster = i;
+    mesh.cluster_count = 1;
+    mesh.material = i;
+    for (const glm::vec3& p : {glm::vec3(-1, -1, 0), glm::vec3(1, -1, 0), glm::vec3(0, 1, 0)}) {
+      scene.positions.push_back(p);
+      scene.indices.push_back(uint32_t(scene.positions.size()) - 1 - mesh.first_vertex);
+      mesh.bounds.Add(p);
+    }
+    scene.meshes.push_back(mesh);
+    scene.clusters.push_back({0, 1, mesh.bounds});
+    Node node;
+    node.first_mesh = i;
+    node.mesh_count = 1;
+    scene.nodes.push_back(node);
+    roots.roots.push_back(i);
+  }
+  scene.normals.assign(scene.positions.size(), {0, 0, 1});
+  scene.texcoords.assign(scene.positions.size(), {0, 0});
+  scene.scenes = {roots};
   return scene;
 }
 
 }  // namespace
 
+absl::StatusOr<Rgba8Image> WarmUpTexel(const EncodedImage&) { return Rgba8Image{1, 1, {255, 255, 255, 255}}; }
+
 absl::Status WarmUp(Renderer& renderer) {
   const std::string name = "warm-up";
-  const FlatScene scene = Triangle();
+  const FlatScene scene = Triangles();
   RenderRequest request;
   request.camera.eye_ws = {0, 0, 3};
   request.width = request.height = 16;

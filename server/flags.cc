@@ -23,6 +23,8 @@ void AddLimits(CLI::App& app, Limits* limits) {
   app.add_option("--max-gltf-json-bytes", limits->gltf_json_bytes, "bytes of a glTF's JSON");
   app.add_option("--max-gltf-json-depth", limits->gltf_json_depth, "depth of a glTF's JSON");
   app.add_option("--queue", limits->queue, "renders that may wait for a context")->check(CLI::Range(1, 1 << 20));
+  app.add_option("--max-unfinished-uploads", limits->unfinished_uploads, "uploads under way or cut, of all clients")
+      ->check(CLI::Range(1, 1 << 20));
   app.add_option("--max-render-reply-bytes", limits->render_reply_bytes, "uncompressed images of one Render reply");
 }
 
@@ -42,8 +44,12 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   app.add_option("--http", options.http, "HOST:PORT of /livez and /readyz, or off")->capture_default_str();
   app.add_option("--scene-store", options.scene_store_dir,
                  "folder that keeps scenes; default: a private temporary one");
-  app.add_option("--scene-store-mb", options.scene_store_mb, "its bound")->capture_default_str();
-  app.add_option("--scene-cache-mb", options.scene_cache_mb, "loaded scenes in memory")->capture_default_str();
+  app.add_option("--scene-store-mb", options.scene_store_mb, "its bound, unfinished uploads included")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
+  app.add_option("--scene-cache-mb", options.scene_cache_mb, "loaded scenes in memory")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
   app.add_option("--gl-scene-mb", options.gl_scene_mb, "scenes in GL memory, of all contexts together")
       ->check(CLI::Range(1, 1 << 30))
       ->capture_default_str();

@@ -1,4 +1,5 @@
-// What this server refuses beyond. Each has a flag of halfshaded and a line in GetServerInfo.
+// What this server refuses beyond. Each has a flag of halfshaded, and a line in GetServerInfo
+// where v1 has a field for it.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +19,7 @@ struct Limits {
   uint64_t gltf_json_bytes = 64ull << 20;
   uint32_t gltf_json_depth = 64;
   uint32_t queue = 64;                       // requests that may wait for a context
+  uint32_t unfinished_uploads = 256;         // under way or cut
   uint64_t render_reply_bytes = 4ull << 20;  // uncompressed images of one Render reply
 };
 

@@ -1,9 +1,10 @@
-// Flat scenes in memory: least recently used go first, identical loads are done once, a scene in use stays alive under
-// its user. Thread-safe.
+// Flat scenes in memory: least recently used go first, identical loads are done once, and a scene in use is neither
+// evicted nor left out of the count. Thread-safe.
 #pragma once
 
 #include <absl/status/statusor.h>
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <future>
@@ -19,23 +20,28 @@ namespace halfshade {
 
 class SceneCache {
  public:
+  // In use as long as somebody beside the cache holds it.
   using ScenePtr = std::shared_ptr<const FlatScene>;
   using Loader = std::function<absl::StatusOr<FlatScene>()>;
 
-  // `on_drop` is told the name of every scene that leaves the cache, under the cache's lock: it must not call back.
+  // Bound of what is held and in use together. A scene that is being loaded for the first time comes on top until its
+  // size is known. `on_drop` is told the name of every scene that leaves the cache, under its lock: it must not call
+  // back.
   explicit SceneCache(
       uint64_t max_bytes, std::function<void(const std::string& name)> on_drop = [](const std::string&) {})
       : max_bytes_(max_bytes), on_drop_(std::move(on_drop)) {}
 
   // The scene, loaded by `loader` if it is not here; callers that come while it loads wait for the same result. Errors
-  // are the loader's and are not kept. RESOURCE_EXHAUSTED with the numbers for a scene larger than the whole cache.
-  absl::StatusOr<ScenePtr> Get(const std::string& name, const Loader& loader, bool* was_here = nullptr);
+  // of the loader are not kept. INVALID_ARGUMENT with the numbers for a scene larger than the whole cache;
+  // RESOURCE_EXHAUSTED with push-back (status.h) where scenes in use leave no room for it.
+  absl::StatusOr<ScenePtr> Get(const std::string& name, const Loader& loader);
+  // What is in use stays with its users.
   void Forget(const std::string& name);
 
   struct Counters {
     uint64_t hits = 0;
     uint64_t misses = 0;
-    uint64_t bytes = 0;
+    uint64_t bytes = 0;  // held or in use
   };
   Counters counters() const;
 
@@ -45,8 +51,10 @@ class SceneCache {
     uint64_t bytes = 0;
     std::list<std::string>::iterator use;
   };
-  absl::StatusOr<ScenePtr> LoadFitting(const Loader& loader) const;
-  void Keep(const std::string& name, const ScenePtr& scene);  // under mutex_
+  absl::StatusOr<ScenePtr> Load(const std::string& name, const Loader& loader);
+  // Under mutex_.
+  absl::Status MakeRoom(uint64_t bytes);
+  void Drop(std::map<std::string, Entry>::iterator entry);
 
   const uint64_t max_bytes_;
   const std::function<void(const std::string& name)> on_drop_;
@@ -54,7 +62,12 @@ class SceneCache {
   std::map<std::string, Entry> entries_;
   std::list<std::string> uses_;  // most recent first
   std::map<std::string, std::shared_future<absl::StatusOr<ScenePtr>>> loading_;
+  // What scenes were found to take, so that one without room is refused before it is loaded again.
+  std::map<std::string, uint64_t> sizes_;
   Counters counters_;
+  // Of every scene alive, those that are being loaded with a known size included. Shared with the scenes, which may
+  // outlive the cache.
+  std::shared_ptr<std::atomic<uint64_t>> bytes_ = std::make_shared<std::atomic<uint64_t>>(0);
 };
 
 }  // namespace halfshade

@@ -1,7 +1,9 @@
 #include "server/scene_catalog.h"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
-#include <set>
+#include <cstdint>
 
 #include "renderer/scene/pose.h"
 #include "renderer/scene_loader/scene_loader.h"
@@ -71,15 +73,108 @@ v1::Scene Summarise(const std::string& name, const FlatScene& scene) {
 
 }  // namespace
 
-absl::StatusOr<FlatScene> SceneCatalog::LoadFromBlobs(const std::string& root_digest,
-                                                      const std::map<std::string, std::string>& files) {
-  ASSIGN_OR_RETURN(const std::string root, store_->Get(StoreKind::kBlob, root_digest));
+// While it lives, Delete leaves these blobs alone.
+class SceneCatalog::Pin {
+ public:
+  Pin(SceneCatalog* catalog, std::set<std::string> digests) : catalog_(catalog), digests_(std::move(digests)) {
+    const std::lock_guard lock(catalog_->mutex_);
+    for (const std::string& digest : digests_) ++catalog_->uses_[digest].creates;
+  }
+  ~Pin() {
+    const std::lock_guard lock(catalog_->mutex_);
+    for (const std::string& digest : digests_) --catalog_->uses_[digest].creates;
+    if (const absl::Status status = catalog_->RemoveUnwanted(digests_); !status.ok()) {
+      spdlog::error("blobs of a deleted scene: {}", status.ToString());
+    }
+  }
+  Pin(const Pin&) = delete;
+  Pin& operator=(const Pin&) = delete;
+
+ private:
+  SceneCatalog* catalog_;
+  const std::set<std::string> digests_;
+};
+
+class SceneCatalog::NameLock {
+ public:
+  NameLock(SceneCatalog* catalog, const std::string& name) : catalog_(catalog), name_(name) {
+    std::unique_lock lock(catalog_->mutex_);
+    catalog_->changed_.wait(lock, [this] { return catalog_->locked_names_.insert(name_).second; });
+  }
+  ~NameLock() {
+    {
+      const std::lock_guard lock(catalog_->mutex_);
+      catalog_->locked_names_.erase(name_);
+    }
+    catalog_->changed_.notify_all();
+  }
+  NameLock(const NameLock&) = delete;
+  NameLock& operator=(const NameLock&) = delete;
+
+ private:
+  SceneCatalog* catalog_;
+  const std::string name_;
+};
+
+std::set<std::string> SceneCatalog::Manifest::Digests() const {
+  std::set<std::string> digests = {root_digest};
+  for (const auto& [uri, digest] : files) digests.insert(digest);
+  return digests;
+}
+
+absl::StatusOr<std::unique_ptr<SceneCatalog>> SceneCatalog::Open(Store* store, SceneCache* cache,
+                                                                 const Limits& limits) {
+  auto catalog = std::unique_ptr<SceneCatalog>(new SceneCatalog(store, cache, limits));
+  for (const std::string& name : catalog->List("", SIZE_MAX)) {
+    const absl::StatusOr<Manifest> manifest = catalog->ReadManifest(name);
+    if (absl::IsNotFound(manifest.status())) {
+      spdlog::warn("{}", manifest.status().ToString());
+      continue;
+    }
+    // Not knowing who uses a blob, Delete could take it from another scene.
+    RETURN_IF_ERROR(manifest.status());
+    for (const std::string& digest : manifest->Digests()) ++catalog->uses_[digest].scenes;
+  }
+  return catalog;
+}
+
+// What is damaged is not here: the caller uploads it again.
+absl::StatusOr<std::string> SceneCatalog::Read(StoreKind kind, const std::string& digest) {
+  absl::StatusOr<std::string> bytes = store_->Get(kind, digest);
+  if (absl::IsDataLoss(bytes.status())) return absl::NotFoundError(bytes.status().message());
+  return bytes;
+}
+
+absl::StatusOr<SceneCatalog::Manifest> SceneCatalog::ReadManifest(const std::string& name) {
+  ASSIGN_OR_RETURN(const std::string text, Read(StoreKind::kScene, DigestOf(name)));
+  Manifest manifest;
+  if (!ParseSceneManifest(text, &manifest.root_digest, &manifest.files)) {
+    return absl::NotFoundError(name + " is no scene; create it");
+  }
+  return manifest;
+}
+
+// Before the first byte is read: what is missing, and what is too large to be held in memory.
+absl::Status SceneCatalog::CheckBlobs(const Manifest& manifest) const {
+  for (const std::string& digest : manifest.Digests()) {
+    if (!store_->Has(StoreKind::kBlob, digest)) return absl::NotFoundError(digest + " is not here; upload it");
+  }
+  uint64_t bytes = store_->SizeOf(StoreKind::kBlob, manifest.root_digest);
+  for (const auto& [uri, digest] : manifest.files) bytes += store_->SizeOf(StoreKind::kBlob, digest);
+  if (bytes <= limits_.scene_bytes) return absl::OkStatus();
+  return absl::InvalidArgumentError("/: " + std::to_string(bytes) + " bytes with all files; at most " +
+                                    std::to_string(limits_.scene_bytes));
+}
+
+absl::StatusOr<FlatScene> SceneCatalog::LoadFromBlobs(const Manifest& manifest) {
+  RETURN_IF_ERROR(CheckBlobs(manifest));
+  ASSIGN_OR_RETURN(const std::string root, Read(StoreKind::kBlob, manifest.root_digest));
   std::map<std::string, std::string> bytes;  // by digest: two URIs may name one blob
   FileMap file_map;
-  for (const auto& [uri, digest] : files) {
+  for (const auto& [uri, digest] : manifest.files) {
     const auto [blob, is_new] = bytes.try_emplace(digest);
     if (is_new) {
-      ASSIGN_OR_RETURN(blob->second, store_->Get(StoreKind::kBlob, digest));
+      ASSIGN_OR_RETURN(blob->second, Read(StoreKind::kBlob, digest));
     }
     file_map[uri] = &blob->second;
   }
@@ -94,40 +189,52 @@ absl::StatusOr<FlatScene> SceneCatalog::LoadFromBlobs(const std::string& root_di
 
 absl::StatusOr<SceneCatalog::Created> SceneCatalog::Create(const v1::CreateSceneRequest& request) {
   RETURN_IF_ERROR(CheckRequest(request));
-  const std::map<std::string, std::string> files(request.files().begin(), request.files().end());
-  const std::string name = SceneName(request.root_digest(), files);
-  const auto load = [&] { return LoadFromBlobs(request.root_digest(), files); };
+  const Manifest manifest = {request.root_digest(), {request.files().begin(), request.files().end()}};
+  const std::string name = SceneName(manifest.root_digest, manifest.files);
+  const auto load = [&] { return LoadFromBlobs(manifest); };
+  const Pin pin(this, manifest.Digests());
+  // The cache may have a scene whose blobs are gone.
+  RETURN_IF_ERROR(CheckBlobs(manifest));
   Created created;
-  const std::lock_guard lock(delete_mutex_);
-  created.existed = store_->Has(StoreKind::kScene, DigestOf(name));
-  if (request.validate_only() && !created.existed) {
+  if (request.validate_only() && !Has(name)) {
     ASSIGN_OR_RETURN(const FlatScene scene, load());
     created.scene = Summarise(name, scene);
     return created;
   }
   ASSIGN_OR_RETURN(const SceneCache::ScenePtr scene, cache_->Get(name, load));
-  if (!created.existed) {
-    RETURN_IF_ERROR(store_->Put(StoreKind::kScene, DigestOf(name), SceneManifest(request.root_digest(), files)));
-  }
+  ASSIGN_OR_RETURN(created.existed, Publish(name, manifest));
   created.scene = Summarise(name, *scene);
   return created;
+}
+
+// Whether it was there.
+absl::StatusOr<bool> SceneCatalog::Publish(const std::string& name, const Manifest& manifest) {
+  const NameLock name_lock(this, name);
+  if (Has(name)) return true;
+  RETURN_IF_ERROR(store_->Put(StoreKind::kScene, DigestOf(name), SceneManifest(manifest.root_digest, manifest.files)));
+  const std::lock_guard lock(mutex_);
+  for (const std::string& digest : manifest.Digests()) {
+    Use& use = uses_[digest];
+    ++use.scenes;
+    use.is_unwanted = false;
+  }
+  return false;
 }
 
 absl::StatusOr<SceneCache::ScenePtr> SceneCatalog::Load(const std::string& name, double* load_ms) {
   RETURN_IF_ERROR(CheckName(name));
   *load_ms = 0;
-  if (!store_->Has(StoreKind::kScene, DigestOf(name))) return absl::NotFoundError(name + " is not here; create it");
+  if (!Has(name)) return absl::NotFoundError(name + " is not here; create it");
   return cache_->Get(name, [&]() -> absl::StatusOr<FlatScene> {
     const auto begin = std::chrono::steady_clock::now();
-    ASSIGN_OR_RETURN(const std::string manifest, store_->Get(StoreKind::kScene, DigestOf(name)));
-    std::string root_digest;
-    std::map<std::string, std::string> files;
-    ParseSceneManifest(manifest, &root_digest, &files);
-    ASSIGN_OR_RETURN(FlatScene scene, LoadFromBlobs(root_digest, files));
+    ASSIGN_OR_RETURN(const Manifest manifest, ReadManifest(name));
+    ASSIGN_OR_RETURN(FlatScene scene, LoadFromBlobs(manifest));
     *load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     return scene;
   });
 }
+
+bool SceneCatalog::Has(const std::string& name) const { return store_->Has(StoreKind::kScene, DigestOf(name)); }
 
 absl::StatusOr<v1::Scene> SceneCatalog::Describe(const std::string& name) {
   double load_ms = 0;
@@ -146,25 +253,29 @@ std::vector<std::string> SceneCatalog::List(const std::string& after, size_t cou
 
 absl::Status SceneCatalog::Delete(const std::string& name) {
   RETURN_IF_ERROR(CheckName(name));
-  const std::lock_guard lock(delete_mutex_);
-  ASSIGN_OR_RETURN(const std::string manifest, store_->Get(StoreKind::kScene, DigestOf(name)));
-  store_->Remove(StoreKind::kScene, DigestOf(name));
+  const NameLock name_lock(this, name);
+  ASSIGN_OR_RETURN(const Manifest manifest, ReadManifest(name));
+  RETURN_IF_ERROR(store_->Remove(StoreKind::kScene, {DigestOf(name)}));
   cache_->Forget(name);
-  const auto digests_of = [](const std::string& text) {
-    std::string root;
-    std::map<std::string, std::string> files;
-    ParseSceneManifest(text, &root, &files);
-    std::set<std::string> digests = {root};
-    for (const auto& [uri, digest] : files) digests.insert(digest);
-    return digests;
-  };
-  std::set<std::string> unused = digests_of(manifest);
-  for (const std::string& other : store_->List(StoreKind::kScene)) {
-    ASSIGN_OR_RETURN(const std::string text, store_->Get(StoreKind::kScene, other));
-    for (const std::string& digest : digests_of(text)) unused.erase(digest);
+  const std::lock_guard lock(mutex_);
+  const std::set<std::string> digests = manifest.Digests();
+  for (const std::string& digest : digests) {
+    Use& use = uses_[digest];
+    use.is_unwanted = --use.scenes == 0;
   }
-  for (const std::string& digest : unused) store_->Remove(StoreKind::kBlob, digest);
-  return absl::OkStatus();
+  return RemoveUnwanted(digests);
+}
+
+// Of these blobs those that a deleted scene left and nobody needs.
+absl::Status SceneCatalog::RemoveUnwanted(const std::set<std::string>& digests) {
+  std::vector<std::string> unwanted;
+  for (const std::string& digest : digests) {
+    const Use use = uses_[digest];
+    if (use.scenes > 0 || use.creates > 0) continue;
+    if (use.is_unwanted) unwanted.push_back(digest);
+    uses_.erase(digest);
+  }
+  return unwanted.empty() ? absl::OkStatus() : store_->Remove(StoreKind::kBlob, unwanted);
 }
 
 }  // namespace halfshade

@@ -1,5 +1,7 @@
 #include "server/scene_name.h"
 
+#include <algorithm>
+
 #include "server/digest.h"
 
 namespace halfshade {
@@ -15,16 +17,21 @@ std::string SceneManifest(const std::string& root_digest, const std::map<std::st
   return text;
 }
 
-void ParseSceneManifest(const std::string& manifest, std::string* root_digest,
+bool ParseSceneManifest(const std::string& manifest, std::string* root_digest,
                         std::map<std::string, std::string>* files) {
   constexpr size_t kHex = 64;
   *root_digest = manifest.substr(0, kHex);
   files->clear();
   for (size_t at = kHex + 1; at < manifest.size();) {
     const size_t end = manifest.find('\n', at);
+    if (end == std::string::npos || end < at + kHex + 1) return false;
     (*files)[manifest.substr(at + kHex + 1, end - at - kHex - 1)] = manifest.substr(at, kHex);
     at = end + 1;
   }
+  // The same text again: digests, separators and order are as they must be.
+  const auto is_digest = [](const auto& file) { return IsSha256Hex(file.second); };
+  return IsSha256Hex(*root_digest) && std::all_of(files->begin(), files->end(), is_digest) &&
+         SceneManifest(*root_digest, *files) == manifest;
 }
 
 std::string SceneName(const std::string& root_digest, const std::map<std::string, std::string>& files) {

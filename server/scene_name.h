@@ -9,8 +9,8 @@ namespace halfshade {
 // "<root digest>\n" and "<digest> <uri>\n" for each file, sorted by the URI's bytes. files: relative URI -> digest.
 std::string SceneManifest(const std::string& root_digest, const std::map<std::string, std::string>& files);
 
-// The way back. Requires a manifest that SceneManifest made.
-void ParseSceneManifest(const std::string& manifest, std::string* root_digest,
+// The way back. False for a text that SceneManifest did not make.
+bool ParseSceneManifest(const std::string& manifest, std::string* root_digest,
                         std::map<std::string, std::string>* files);
 
 // "scenes/" + hex SHA-256 of the manifest.

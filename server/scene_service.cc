@@ -21,9 +21,12 @@ absl::Status CheckDigest(const std::string& field, const std::string& digest) {
   return absl::InvalidArgumentError(field + ": \"" + digest.substr(0, 80) + "\"; must be 64 lower-case hex digits");
 }
 
-grpc::Status Finished(const char* rpc, const absl::Status& status) {
+grpc::Status Finished(const char* rpc, grpc::CallbackServerContext* context, const absl::Status& status) {
   const std::string id = NextRequestId();
   if (!status.ok()) spdlog::info("{} {} {}", id, rpc, status.ToString());
+  if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
+    context->AddTrailingMetadata(kPushbackKey, pushback);
+  }
   return ToGrpcStatus(status, id);
 }
 
@@ -31,47 +34,75 @@ grpc::Status Finished(const char* rpc, const absl::Status& status) {
 template <typename Work>
 grpc::ServerUnaryReactor* OnPool(const char* rpc, CpuPool* pool, grpc::CallbackServerContext* context, Work work) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  pool->Run([rpc, reactor, work] { reactor->Finish(Finished(rpc, work())); });
+  pool->Run([rpc, reactor, context, work] { reactor->Finish(Finished(rpc, context, work())); });
   return reactor;
 }
 
-// One upload: chunks go to a temporary file as they come, the commit (digest, fsync, rename) to the pool.
+// One upload: each chunk goes to the store on the pool, and the next is read when it is there. Whatever ends the call
+// before the commit leaves what came so far, to go on from.
 class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
  public:
-  Upload(Store* store, CpuPool* pool, const Limits& limits, v1::UploadBlobResponse* response)
-      : store_(store), pool_(pool), limits_(limits), response_(response) {
+  Upload(Store* store, CpuPool* pool, const Limits& limits, grpc::CallbackServerContext* context,
+         v1::UploadBlobResponse* response)
+      : store_(store), pool_(pool), limits_(limits), context_(context), response_(response) {
     StartRead(&chunk_);
   }
 
   void OnReadDone(bool ok) override {
-    if (!ok) {
-      pool_->Run([this] { Finish(Finished("UploadBlob", Commit())); });
-      return;
-    }
-    if (const absl::Status status = Take(); !status.ok()) {
-      Finish(Finished("UploadBlob", status));
-      return;
-    }
-    StartRead(&chunk_);
+    pool_->Run([this, ok] {
+      absl::Status status = ok ? Take() : Commit();
+      // Here already: the rest need not be sent.
+      const bool is_here = absl::IsAlreadyExists(status);
+      if (is_here) status = AnswerFromStore();
+      if (ok && status.ok() && !is_here) {
+        StartRead(&chunk_);
+        return;
+      }
+      writer_.reset();  // on the pool: it may wait for the disk
+      Finish(Finished("UploadBlob", context_, status));
+    });
   }
 
   void OnDone() override { delete this; }
 
  private:
   absl::Status Take() {
-    if (digest_.empty()) {
-      RETURN_IF_ERROR(CheckDigest("digest", chunk_.digest()));
-      digest_ = chunk_.digest();
-      size_bytes_ = chunk_.size_bytes();
-      if (size_bytes_ > limits_.scene_bytes) {
-        return absl::InvalidArgumentError("size_bytes: " + std::to_string(size_bytes_) +
-                                          "; this server takes at most " + std::to_string(limits_.scene_bytes));
-      }
-      is_here_ = store_->Has(StoreKind::kBlob, digest_);
-      if (!is_here_) {
-        ASSIGN_OR_RETURN(writer_, store_->Write(StoreKind::kBlob, digest_, size_bytes_));
-      }
+    if (writer_ == nullptr) {
+      RETURN_IF_ERROR(Begin());
+    } else {
+      RETURN_IF_ERROR(CheckNext());
     }
+    if (chunk_.data().size() > kMaxChunkBytes) {
+      return absl::InvalidArgumentError("data: " + std::to_string(chunk_.data().size()) + " bytes; at most " +
+                                        std::to_string(kMaxChunkBytes));
+    }
+    if (chunk_.data().size() > size_bytes_ - taken_bytes_) {
+      return absl::InvalidArgumentError("data: " + std::to_string(taken_bytes_ + chunk_.data().size()) +
+                                        " bytes; size_bytes says " + std::to_string(size_bytes_));
+    }
+    RETURN_IF_ERROR(writer_->Append(chunk_.data()));
+    taken_bytes_ += chunk_.data().size();
+    return absl::OkStatus();
+  }
+
+  absl::Status Begin() {
+    RETURN_IF_ERROR(CheckDigest("digest", chunk_.digest()));
+    if (chunk_.size_bytes() > limits_.scene_bytes) {
+      return absl::InvalidArgumentError("size_bytes: " + std::to_string(chunk_.size_bytes()) +
+                                        "; this server takes at most " + std::to_string(limits_.scene_bytes));
+    }
+    if (chunk_.offset_bytes() > chunk_.size_bytes()) {
+      return absl::InvalidArgumentError("offset_bytes: " + std::to_string(chunk_.offset_bytes()) +
+                                        "; size_bytes says " + std::to_string(chunk_.size_bytes()));
+    }
+    digest_ = chunk_.digest();
+    size_bytes_ = chunk_.size_bytes();
+    taken_bytes_ = chunk_.offset_bytes();
+    ASSIGN_OR_RETURN(writer_, store_->Write(StoreKind::kBlob, digest_, size_bytes_, taken_bytes_));
+    return absl::OkStatus();
+  }
+
+  absl::Status CheckNext() const {
     if (!chunk_.digest().empty() && chunk_.digest() != digest_) {
       return absl::InvalidArgumentError("digest: changed within one upload");
     }
@@ -83,38 +114,39 @@ class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
       return absl::InvalidArgumentError("offset_bytes: " + std::to_string(chunk_.offset_bytes()) +
                                         "; the next byte is " + std::to_string(taken_bytes_));
     }
-    if (chunk_.data().size() > kMaxChunkBytes) {
-      return absl::InvalidArgumentError("data: " + std::to_string(chunk_.data().size()) + " bytes; at most " +
-                                        std::to_string(kMaxChunkBytes));
-    }
-    taken_bytes_ += chunk_.data().size();
-    if (taken_bytes_ > size_bytes_) {
-      return absl::InvalidArgumentError("data: " + std::to_string(taken_bytes_) + " bytes; size_bytes says " +
-                                        std::to_string(size_bytes_));
-    }
-    return is_here_ ? absl::OkStatus() : writer_->Append(chunk_.data());
+    return absl::OkStatus();
   }
 
   absl::Status Commit() {
-    if (digest_.empty()) return absl::InvalidArgumentError("digest: missing; the upload has no chunk");
+    if (writer_ == nullptr) return absl::InvalidArgumentError("digest: missing; the upload has no chunk");
     if (taken_bytes_ != size_bytes_) {
       return absl::InvalidArgumentError("size_bytes: " + std::to_string(size_bytes_) + "; " +
                                         std::to_string(taken_bytes_) + " bytes came");
     }
-    if (!is_here_) RETURN_IF_ERROR(writer_->Commit());
+    RETURN_IF_ERROR(writer_->Commit());
     response_->set_committed_bytes(size_bytes_);
+    return absl::OkStatus();
+  }
+
+  absl::Status AnswerFromStore() {
+    const uint64_t held = store_->SizeOf(StoreKind::kBlob, digest_);
+    if (size_bytes_ != held) {
+      return absl::InvalidArgumentError("size_bytes: " + std::to_string(size_bytes_) + "; the blob is here and has " +
+                                        std::to_string(held));
+    }
+    response_->set_committed_bytes(held);
     return absl::OkStatus();
   }
 
   Store* store_;
   CpuPool* pool_;
   const Limits limits_;
+  grpc::CallbackServerContext* context_;
   v1::UploadBlobResponse* response_;
   v1::UploadBlobRequest chunk_;
   std::string digest_;
   uint64_t size_bytes_ = 0;
   uint64_t taken_bytes_ = 0;
-  bool is_here_ = false;
   std::unique_ptr<Store::Writer> writer_;
 };
 
@@ -135,31 +167,33 @@ grpc::ServerUnaryReactor* SceneServiceImpl::FindMissingBlobs(grpc::CallbackServe
     return absl::OkStatus();
   };
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(Finished("FindMissingBlobs", find()));
+  reactor->Finish(Finished("FindMissingBlobs", context, find()));
   return reactor;
 }
 
-grpc::ServerReadReactor<v1::UploadBlobRequest>* SceneServiceImpl::UploadBlob(grpc::CallbackServerContext*,
+grpc::ServerReadReactor<v1::UploadBlobRequest>* SceneServiceImpl::UploadBlob(grpc::CallbackServerContext* context,
                                                                              v1::UploadBlobResponse* response) {
-  return new Upload(store_, pool_, limits_, response);
+  return new Upload(store_, disk_pool_, limits_, context, response);
 }
 
 grpc::ServerUnaryReactor* SceneServiceImpl::QueryUpload(grpc::CallbackServerContext* context,
                                                         const v1::QueryUploadRequest* request,
-                                                        v1::QueryUploadResponse*) {
+                                                        v1::QueryUploadResponse* response) {
   const absl::Status status = CheckDigest("digest", request->digest());
+  if (status.ok()) {
+    const Store::Progress progress = store_->Query(request->digest());
+    response->set_committed_bytes(progress.committed_bytes);
+    response->set_complete(progress.is_complete);
+  }
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(Finished("QueryUpload",
-                           status.ok() ? absl::UnimplementedError("SceneService.QueryUpload: resuming an upload is not "
-                                                                  "available in this version; send the blob again")
-                                       : status));
+  reactor->Finish(Finished("QueryUpload", context, status));
   return reactor;
 }
 
 grpc::ServerUnaryReactor* SceneServiceImpl::CreateScene(grpc::CallbackServerContext* context,
                                                         const v1::CreateSceneRequest* request,
                                                         v1::CreateSceneResponse* response) {
-  return OnPool("CreateScene", pool_, context, [this, request, response]() -> absl::Status {
+  return OnPool("CreateScene", scene_pool_, context, [this, request, response]() -> absl::Status {
     ASSIGN_OR_RETURN(SceneCatalog::Created created, catalog_->Create(*request));
     *response->mutable_scene() = std::move(created.scene);
     response->set_existed(created.existed);
@@ -170,7 +204,7 @@ grpc::ServerUnaryReactor* SceneServiceImpl::CreateScene(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* SceneServiceImpl::GetScene(grpc::CallbackServerContext* context,
                                                      const v1::GetSceneRequest* request,
                                                      v1::GetSceneResponse* response) {
-  return OnPool("GetScene", pool_, context, [this, request, response]() -> absl::Status {
+  return OnPool("GetScene", scene_pool_, context, [this, request, response]() -> absl::Status {
     ASSIGN_OR_RETURN(*response->mutable_scene(), catalog_->Describe(request->name()));
     return absl::OkStatus();
   });
@@ -179,7 +213,7 @@ grpc::ServerUnaryReactor* SceneServiceImpl::GetScene(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* SceneServiceImpl::ListScenes(grpc::CallbackServerContext* context,
                                                        const v1::ListScenesRequest* request,
                                                        v1::ListScenesResponse* response) {
-  return OnPool("ListScenes", pool_, context, [this, request, response]() -> absl::Status {
+  return OnPool("ListScenes", scene_pool_, context, [this, request, response]() -> absl::Status {
     if (request->page_size() < 0 || request->page_size() > kMaxPage) {
       return absl::InvalidArgumentError("page_size: " + std::to_string(request->page_size()) + "; must be 0 to " +
                                         std::to_string(kMaxPage));
@@ -191,8 +225,14 @@ grpc::ServerUnaryReactor* SceneServiceImpl::ListScenes(grpc::CallbackServerConte
     const std::vector<std::string> names = catalog_->List(request->page_token(), count + 1);
     for (size_t i = 0; i < std::min(count, names.size()); ++i) {
       absl::StatusOr<v1::Scene> scene = catalog_->Describe(names[i]);
-      // Deleted meanwhile, or damaged: not in the list.
-      if (scene.ok()) *response->add_scenes() = *std::move(scene);
+      if (absl::IsNotFound(scene.status()) && !catalog_->Has(names[i])) continue;  // deleted meanwhile
+      if (scene.ok()) {
+        *response->add_scenes() = *std::move(scene);
+      } else {
+        // Here, but not to be loaded now.
+        response->add_scenes()->set_name(names[i]);
+        response->mutable_scenes()->rbegin()->add_warnings(std::string(scene.status().message()));
+      }
     }
     if (names.size() > count) response->set_next_page_token(names[count - 1]);
     return absl::OkStatus();
@@ -202,7 +242,7 @@ grpc::ServerUnaryReactor* SceneServiceImpl::ListScenes(grpc::CallbackServerConte
 grpc::ServerUnaryReactor* SceneServiceImpl::DeleteScene(grpc::CallbackServerContext* context,
                                                         const v1::DeleteSceneRequest* request,
                                                         v1::DeleteSceneResponse*) {
-  return OnPool("DeleteScene", pool_, context, [this, request] { return catalog_->Delete(request->name()); });
+  return OnPool("DeleteScene", disk_pool_, context, [this, request] { return catalog_->Delete(request->name()); });
 }
 
 }  // namespace halfshade

@@ -1,4 +1,4 @@
-// SceneService over the catalog. Handlers hand their work to the CPU pool and return.
+// SceneService over the catalog. Handlers hand their work to a pool and return.
 #pragma once
 
 #include "halfshade/v1/scene.grpc.pb.h"
@@ -11,9 +11,10 @@ namespace halfshade {
 
 class SceneServiceImpl final : public v1::SceneService::CallbackService {
  public:
-  // All outlive the service.
-  SceneServiceImpl(Store* store, SceneCatalog* catalog, CpuPool* pool, const Limits& limits)
-      : store_(store), catalog_(catalog), pool_(pool), limits_(limits) {}
+  // All outlive the service. Loading a scene takes seconds and writing a chunk milliseconds: `scene_pool` does what may
+  // load, `disk_pool` the rest.
+  SceneServiceImpl(Store* store, SceneCatalog* catalog, CpuPool* scene_pool, CpuPool* disk_pool, const Limits& limits)
+      : store_(store), catalog_(catalog), scene_pool_(scene_pool), disk_pool_(disk_pool), limits_(limits) {}
 
   grpc::ServerUnaryReactor* FindMissingBlobs(grpc::CallbackServerContext* context,
                                              const v1::FindMissingBlobsRequest* request,
@@ -34,7 +35,8 @@ class SceneServiceImpl final : public v1::SceneService::CallbackService {
  private:
   Store* store_;
   SceneCatalog* catalog_;
-  CpuPool* pool_;
+  CpuPool* scene_pool_;
+  CpuPool* disk_pool_;
   const Limits limits_;
 };
 

@@ -23,6 +23,9 @@ namespace {
 
 // They wait for the disk more than they compute.
 constexpr int kPoolThreads = 2;
+// A call for a scene that another one is loading waits on its thread.
+constexpr int kScenePoolThreads = 4;
+constexpr int kDiskPoolThreads = 2;
 
 void SetLimits(const Limits& limits, v1::Limits* out) {
   out->set_message_bytes(limits.message_bytes);
@@ -64,6 +67,8 @@ class WiredServer final : public Server {
         queue_(options.limits.queue, options.contexts),
         in_flight_(options.in_flight_mb << 20),
         pool_(kPoolThreads),
+        scene_pool_(kScenePoolThreads),
+        disk_pool_(kDiskPoolThreads),
         encode_pool_(gl::AvailableCpus()) {}
 
   ~WiredServer() override {
@@ -81,9 +86,12 @@ class WiredServer final : public Server {
     if (options_.http != "off") {
       ASSIGN_OR_RETURN(http_, HttpServer::Start(options_.http, &is_ready_));
     }
-    ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, options_.scene_store_mb << 20));
+    StoreOptions store_options;
+    store_options.max_bytes = options_.scene_store_mb << 20;
+    store_options.max_unfinished = options_.limits.unfinished_uploads;
+    ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, store_options));
     RETURN_IF_ERROR(workers_.Start(options_, &queue_));
-    catalog_ = std::make_unique<SceneCatalog>(store_.get(), &cache_, options_.limits);
+    ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
     plant_.catalog = catalog_.get();
     plant_.pool = &pool_;
     plant_.encode_pool = &encode_pool_;
@@ -91,7 +99,8 @@ class WiredServer final : public Server {
     plant_.stream_stall = std::chrono::seconds(options_.stream_stall_s);
     plant_.queue = &queue_;
     plant_.limits = options_.limits;
-    scene_service_ = std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &pool_, options_.limits);
+    scene_service_ =
+        std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &scene_pool_, &disk_pool_, options_.limits);
     render_service_ = std::make_unique<RenderServiceImpl>(&plant_);
     server_service_ = std::make_unique<ServerServiceImpl>(Describe(), &plant_, store_.get(), &cache_, &workers_);
     return Listen();
@@ -124,8 +133,9 @@ class WiredServer final : public Server {
     }
     SetLimits(options_.limits, info.mutable_limits());
     for (const std::string& method : RegisteredMethods()) info.add_methods(method);
-    for (const char* feature : {"find_missing_blobs", "upload_blob", "create_scene", "get_scene", "list_scenes",
-                                "delete_scene", "render", "render_stream", "get_server_info", "get_statistics"}) {
+    for (const char* feature :
+         {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene", "list_scenes",
+          "delete_scene", "render", "render_stream", "get_server_info", "get_statistics"}) {
       info.add_features(feature);
     }
     return info;
@@ -166,6 +176,8 @@ class WiredServer final : public Server {
   ByteBudget in_flight_;
   GlWorkerPool workers_;  // outlives the pools
   CpuPool pool_;
+  CpuPool scene_pool_;
+  CpuPool disk_pool_;
   CpuPool encode_pool_;
   std::unique_ptr<SceneServiceImpl> scene_service_;
   std::unique_ptr<RenderServiceImpl> render_service_;

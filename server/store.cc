@@ -1,14 +1,13 @@
 #include "server/store.h"
 
 #include <fcntl.h>
-#include <unistd.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "renderer/status.h"
 
@@ -17,46 +16,47 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kFolders[2] = {"blobs", "scenes"};
-constexpr char kTemporary[] = "incoming";
+constexpr char kIncoming[] = "incoming";
+constexpr char kLock[] = "lock";
 
-absl::Status Errno(const std::string& what) {
-  const int error = errno;
-  const std::string message = what + ": " + std::strerror(error);
-  if (error == ENOSPC || error == EDQUOT) return absl::ResourceExhaustedError(message);
-  return absl::InternalError(message);
-}
-
-absl::Status SyncFolder(const std::string& path) {
-  const int folder = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return Errno("opening " + path);
-  const int result = fsync(folder);
-  close(folder);
-  return result == 0 ? absl::OkStatus() : Errno("syncing " + path);
+absl::Status Unusable(const std::string& directory, const std::string& why) {
+  return absl::FailedPreconditionError("scene store " + directory + ": " + why);
 }
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Store>> Store::Open(const std::string& directory, uint64_t max_bytes) {
+absl::StatusOr<std::unique_ptr<Store>> Store::Open(const std::string& directory, const StoreOptions& options) {
   auto store = std::unique_ptr<Store>(new Store);
-  store->max_bytes_ = max_bytes;
+  store->options_ = options;
+  store->files_ = options.files;
   store->directory_ = directory;
   if (directory.empty()) {
     std::string pattern = (fs::temp_directory_path() / "halfshade-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) return absl::FailedPreconditionError(Errno("making " + pattern).message());
+    if (mkdtemp(pattern.data()) == nullptr) return Unusable(pattern, std::string(FileError("making it").message()));
     store->directory_ = pattern;
     store->is_temporary_ = true;
   }
+  for (const char* folder : {kFolders[0], kFolders[1], kIncoming}) {
+    std::error_code error;
+    fs::create_directories(fs::path(store->directory_) / folder, error);
+    if (error) return Unusable(store->directory_, error.message());
+  }
+  RETURN_IF_ERROR(store->Lock());
   RETURN_IF_ERROR(store->Scan());
+  RETURN_IF_ERROR(store->ScanIncoming());
   return store;
+}
+
+// Two processes would drop each other's unfinished blobs. The lock goes with the process, however it ends.
+absl::Status Store::Lock() {
+  lock_file_ = files_->Open(directory_ + "/" + kLock, O_RDWR | O_CREAT);
+  if (lock_file_ < 0) return Unusable(directory_, std::string(FileError(kLock).message()));
+  if (flock(lock_file_, LOCK_EX | LOCK_NB) != 0) return Unusable(directory_, "another process has it");
+  return absl::OkStatus();
 }
 
 absl::Status Store::Scan() {
   std::error_code error;
-  fs::remove_all(fs::path(directory_) / kTemporary, error);
-  for (const char* folder : {kFolders[0], kFolders[1], kTemporary}) {
-    fs::create_directories(fs::path(directory_) / folder, error);
-    if (error) return absl::FailedPreconditionError("scene store " + directory_ + ": " + error.message());
-  }
   for (int kind = 0; kind < 2; ++kind) {
     for (const auto& entry : fs::directory_iterator(fs::path(directory_) / kFolders[kind], error)) {
       const std::string digest = entry.path().filename().string();
@@ -64,7 +64,38 @@ absl::Status Store::Scan() {
       sizes_[kind][digest] = entry.file_size(error);
       size_bytes_ += sizes_[kind][digest];
     }
-    if (error) return absl::FailedPreconditionError("scene store " + directory_ + ": " + error.message());
+    if (error) return Unusable(directory_, error.message());
+  }
+  return absl::OkStatus();
+}
+
+// What a killed process left: unfinished blobs are kept, oldest first in line to go, and synced now, so that what Query
+// says holds; the rest is removed. (After a power cut a file may have its length and not its bytes. The digest at the
+// end finds that.)
+absl::Status Store::ScanIncoming() {
+  std::error_code error;
+  std::vector<std::pair<fs::file_time_type, std::string>> kept;
+  for (const auto& entry : fs::directory_iterator(IncomingPath(""), error)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_resumable =
+        IsSha256Hex(name) && entry.is_regular_file(error) && entry.file_size(error) > 0 && !Has(StoreKind::kBlob, name);
+    if (is_resumable) {
+      kept.emplace_back(entry.last_write_time(error), name);
+    } else {
+      fs::remove_all(entry.path(), error);
+    }
+  }
+  if (error) return Unusable(directory_, error.message());
+  std::sort(kept.begin(), kept.end());
+  for (const auto& [time, name] : kept) {
+    const std::string path = IncomingPath(name);
+    const int file = files_->Open(path, O_RDONLY);
+    struct stat status {};
+    const bool is_synced = file >= 0 && fstat(file, &status) == 0 && files_->Sync(file) == 0;
+    if (file >= 0) files_->Close(file);
+    if (!is_synced) return Unusable(directory_, std::string(FileError(path).message()));
+    unfinished_[name] = {uint64_t(status.st_size), uint64_t(status.st_size), next_use_++, nullptr};
+    size_bytes_ += uint64_t(status.st_size);
   }
   return absl::OkStatus();
 }
@@ -72,75 +103,21 @@ absl::Status Store::Scan() {
 Store::~Store() {
   std::error_code error;
   if (is_temporary_) fs::remove_all(directory_, error);
+  if (lock_file_ >= 0) files_->Close(lock_file_);
 }
 
-std::string Store::Path(StoreKind kind, const std::string& digest) const {
-  return directory_ + "/" + kFolders[int(kind)] + "/" + digest;
-}
+std::string Store::Folder(StoreKind kind) const { return directory_ + "/" + kFolders[int(kind)]; }
+std::string Store::Path(StoreKind kind, const std::string& digest) const { return Folder(kind) + "/" + digest; }
+std::string Store::IncomingPath(const std::string& name) const { return directory_ + "/" + kIncoming + "/" + name; }
 
-absl::StatusOr<std::unique_ptr<Store::Writer>> Store::Write(StoreKind kind, const std::string& digest,
-                                                            uint64_t size_bytes) {
-  auto writer = std::unique_ptr<Writer>(new Writer);
-  {
-    const std::lock_guard lock(mutex_);
-    if (size_bytes_ + size_bytes > max_bytes_) {
-      return absl::ResourceExhaustedError("the scene store is full: " + std::to_string(size_bytes_) + " of " +
-                                          std::to_string(max_bytes_) + " bytes are taken, " +
-                                          std::to_string(size_bytes) + " more do not fit; delete scenes");
-    }
-    writer->path_ = directory_ + "/" + kTemporary + "/" + std::to_string(next_temporary_++);
+Store::Progress Store::Query(const std::string& blob_digest) const {
+  const std::lock_guard lock(mutex_);
+  const auto& sizes = sizes_[int(StoreKind::kBlob)];
+  if (const auto whole = sizes.find(blob_digest); whole != sizes.end()) return {whole->second, true};
+  if (const auto part = unfinished_.find(blob_digest); part != unfinished_.end()) {
+    return {part->second.committed_bytes, false};
   }
-  writer->store_ = this;
-  writer->kind_ = kind;
-  writer->digest_ = digest;
-  writer->file_ = open(writer->path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (writer->file_ < 0) return Errno("creating a file in the scene store");
-  return writer;
-}
-
-Store::Writer::~Writer() {
-  if (file_ < 0) return;
-  close(file_);
-  unlink(path_.c_str());
-}
-
-absl::Status Store::Writer::Append(const std::string& bytes) {
-  size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t written = write(file_, bytes.data() + done, bytes.size() - done);
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return Errno("writing to the scene store");
-    done += size_t(written);
-  }
-  sha_.Add(bytes.data(), bytes.size());
-  size_bytes_ += bytes.size();
-  return absl::OkStatus();
-}
-
-absl::Status Store::Writer::Commit() {
-  const std::string actual = sha_.FinishHex();
-  if (actual != digest_) {
-    return absl::InvalidArgumentError("digest: " + digest_ + "; the bytes have " + actual);
-  }
-  if (fsync(file_) != 0) return Errno("syncing a file of the scene store");
-  close(file_);
-  file_ = -1;
-  const std::string target = store_->Path(kind_, digest_);
-  if (rename(path_.c_str(), target.c_str()) != 0) {
-    const absl::Status status = Errno("renaming a file of the scene store");
-    unlink(path_.c_str());
-    return status;
-  }
-  RETURN_IF_ERROR(SyncFolder(store_->directory_ + "/" + kFolders[int(kind_)]));
-  const std::lock_guard lock(store_->mutex_);
-  if (store_->sizes_[int(kind_)].emplace(digest_, size_bytes_).second) store_->size_bytes_ += size_bytes_;
-  return absl::OkStatus();
-}
-
-absl::Status Store::Put(StoreKind kind, const std::string& digest, const std::string& bytes) {
-  ASSIGN_OR_RETURN(const auto writer, Write(kind, digest, bytes.size()));
-  RETURN_IF_ERROR(writer->Append(bytes));
-  return writer->Commit();
+  return {};
 }
 
 bool Store::Has(StoreKind kind, const std::string& digest) const {
@@ -148,25 +125,71 @@ bool Store::Has(StoreKind kind, const std::string& digest) const {
   return sizes_[int(kind)].contains(digest);
 }
 
-absl::StatusOr<std::string> Store::Get(StoreKind kind, const std::string& digest) {
-  if (!Has(kind, digest)) return absl::NotFoundError(digest + " is not here");
-  std::ifstream file(Path(kind, digest), std::ios::binary);
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  if (!file || Sha256Hex(bytes.str()) != digest) {
-    Remove(kind, digest);
-    return absl::DataLossError(digest + " is damaged in the scene store; upload it again");
-  }
-  return std::move(bytes).str();
+uint64_t Store::SizeOf(StoreKind kind, const std::string& digest) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = sizes_[int(kind)].find(digest);
+  return found == sizes_[int(kind)].end() ? 0 : found->second;
 }
 
-void Store::Remove(StoreKind kind, const std::string& digest) {
+absl::StatusOr<std::string> Store::Get(StoreKind kind, const std::string& digest) {
+  uint64_t size = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = sizes_[int(kind)].find(digest);
+    if (found == sizes_[int(kind)].end()) return absl::NotFoundError(digest + " is not here");
+    size = found->second;
+  }
+  // A file that Remove takes away meanwhile is read to its end.
+  const int file = files_->Open(Path(kind, digest), O_RDONLY);
+  if (file < 0 && errno == ENOENT) {
+    Discard(kind, digest, 0);
+    return absl::NotFoundError(digest + " is not here");
+  }
+  if (file < 0) return FileError("opening " + digest);
+  struct stat status {};
+  std::string bytes;
+  bool is_read = fstat(file, &status) == 0;
+  if (is_read && uint64_t(status.st_size) == size) {
+    bytes.resize(size);
+    const ssize_t got = files_->ReadUpTo(file, bytes.data(), size, 0);
+    is_read = got >= 0;
+    bytes.resize(size_t(std::max<ssize_t>(got, 0)));
+  }
+  const absl::Status error = is_read ? absl::OkStatus() : FileError("reading " + digest);
+  files_->Close(file);
+  RETURN_IF_ERROR(error);  // may pass: not the file's fault
+  if (uint64_t(status.st_size) != size || bytes.size() != size || Sha256Hex(bytes) != digest) {
+    Discard(kind, digest, status.st_ino);
+    return absl::DataLossError(digest + " was damaged in the scene store and is removed; upload it again");
+  }
+  return bytes;
+}
+
+// Forgets a value whose file is gone, or is the one of this inode: another may have taken its place.
+void Store::Discard(StoreKind kind, const std::string& digest, uint64_t inode) {
   const std::lock_guard lock(mutex_);
+  struct stat status {};
+  const bool is_there = stat(Path(kind, digest).c_str(), &status) == 0;
+  if (is_there && status.st_ino != inode) return;
   const auto found = sizes_[int(kind)].find(digest);
   if (found == sizes_[int(kind)].end()) return;
   size_bytes_ -= found->second;
   sizes_[int(kind)].erase(found);
-  unlink(Path(kind, digest).c_str());
+  if (is_there) files_->Unlink(Path(kind, digest));
+}
+
+absl::Status Store::Remove(StoreKind kind, const std::vector<std::string>& digests) {
+  {
+    const std::lock_guard lock(mutex_);
+    for (const std::string& digest : digests) {
+      const auto found = sizes_[int(kind)].find(digest);
+      if (found == sizes_[int(kind)].end()) continue;
+      if (files_->Unlink(Path(kind, digest)) != 0 && errno != ENOENT) return FileError("removing " + digest);
+      size_bytes_ -= found->second;
+      sizes_[int(kind)].erase(found);
+    }
+  }
+  return files_->SyncFolder(Folder(kind)) == 0 ? absl::OkStatus() : FileError("syncing the scene store");
 }
 
 std::vector<std::string> Store::List(StoreKind kind) const {

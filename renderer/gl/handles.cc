@@ -17,6 +17,12 @@ void VertexArray::SetFloats(GLuint index, GLint components, GLuint buffer) const
   gl().EnableVertexArrayAttrib(id(), index);
 }
 
+Sampler Sampler::Create(const Context& context) {
+  GLuint id = 0;
+  context.gl().CreateSamplers(1, &id);
+  return Sampler(context, id);
+}
+
 absl::StatusOr<Buffer> Buffer::Create(const Context& context, const void* data, size_t size_bytes) {
   GLuint id = 0;
   context.gl().CreateBuffers(1, &id);

@@ -45,6 +45,9 @@ struct DeleteVertexArray {
 struct DeleteTexture {
   static void Delete(const GladGLContext& gl, GLuint id) { gl.DeleteTextures(1, &id); }
 };
+struct DeleteSampler {
+  static void Delete(const GladGLContext& gl, GLuint id) { gl.DeleteSamplers(1, &id); }
+};
 struct DeleteFramebuffer {
   static void Delete(const GladGLContext& gl, GLuint id) { gl.DeleteFramebuffers(1, &id); }
 };
@@ -61,6 +64,14 @@ class VertexArray : public Handle<DeleteVertexArray> {
   static VertexArray Create(const Context& context);
   // Attribute `index` is `components` floats of a tightly packed buffer.
   void SetFloats(GLuint index, GLint components, GLuint buffer) const;
+};
+
+// Repeating, linear with mips, until its parameters are set. Bound beside a texture it rules in place of the texture's
+// own parameters: unbind it (0) when done.
+class Sampler : public Handle<DeleteSampler> {
+ public:
+  using Handle::Handle;
+  static Sampler Create(const Context& context);
 };
 
 // Immutable contents.

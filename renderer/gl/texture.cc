@@ -26,6 +26,9 @@ Format Describe(GLenum format) {
       return {8, GL_RGBA, 4};
     case GL_DEPTH_COMPONENT32F:
       return {4, GL_DEPTH_COMPONENT, 1};
+    case GL_R8:
+      return {1, 0, 1};
+    case GL_RGBA8:
     case GL_SRGB8_ALPHA8:
       return {4, 0, 4};
     default:

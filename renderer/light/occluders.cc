@@ -7,6 +7,49 @@
 #include "renderer/math/light_frame.h"
 
 namespace halfshade {
+namespace {
+
+// Casting instances in the order in which they are drawn: opaque ones as in the pose, then masked ones by material.
+struct Casters {
+  std::vector<const Instance*> instances;
+  size_t opaque_count = 0;
+};
+
+Casters FindCasters(const FlatScene& scene, const Pose& pose) {
+  Casters casters;
+  std::vector<const Instance*> masked;
+  for (const Instance& instance : pose.instances) {
+    if (!instance.casts) continue;
+    const MaskCoverage coverage = scene.CoverageOf(scene.meshes[instance.mesh]);
+    if (coverage == MaskCoverage::kFull) casters.instances.push_back(&instance);
+    if (coverage == MaskCoverage::kTested) masked.push_back(&instance);
+  }
+  std::stable_sort(masked.begin(), masked.end(), [&](const Instance* a, const Instance* b) {
+    return scene.meshes[a->mesh].material < scene.meshes[b->mesh].material;
+  });
+  casters.opaque_count = casters.instances.size();
+  casters.instances.insert(casters.instances.end(), masked.begin(), masked.end());
+  return casters;
+}
+
+void AddMaskVertices(const FlatScene& scene, const Mesh& mesh, std::vector<MaskVertex>* vertices) {
+  const Material& material = scene.materials[mesh.material];
+  const auto& texcoords = material.base_color_texture.texcoord == 1 ? scene.texcoords1 : scene.texcoords;
+  for (uint32_t i = mesh.first_vertex; i < mesh.first_vertex + mesh.vertex_count; ++i) {
+    const glm::vec2 texcoord = texcoords.empty() ? glm::vec2(0) : texcoords[i];
+    const float alpha = scene.colors.empty() ? 1 : scene.colors[i].a;
+    vertices->emplace_back(texcoord, alpha * material.base_color.a);
+  }
+}
+
+// Extends the last run, or starts one.
+void AddMasked(uint32_t material, size_t first_index, size_t end_index, std::vector<MaskedOccluders>* masked) {
+  if (end_index == first_index) return;
+  if (masked->empty() || masked->back().material != material) masked->push_back({material, uint32_t(first_index), 0});
+  masked->back().index_count += uint32_t(end_index - first_index);
+}
+
+}  // namespace
 
 LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light) {
   const glm::dmat4 light_from_world = LightFromWorld(MakeLightFrame(light));
@@ -14,12 +57,14 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
   double largest_coordinate = 0;
   double smallest_z = std::numeric_limits<double>::infinity();
   bool crosses_plane = false;
-  std::vector<uint32_t> crossing;  // first indices of triangles that cross the light's plane
-  for (const Instance& instance : pose.instances) {
-    if (!instance.casts) continue;
+  const Casters casters = FindCasters(scene, pose);
+  for (size_t c = 0; c < casters.instances.size(); ++c) {
+    const Instance& instance = *casters.instances[c];
     const Mesh& mesh = scene.meshes[instance.mesh];
     const glm::dmat4 light_from_mesh = light_from_world * instance.world_from_mesh;
     const uint32_t first_vertex = uint32_t(occluders.positions.size());
+    const size_t first_index = occluders.indices.size();
+    if (c == casters.opaque_count) occluders.first_masked_vertex = first_vertex;
     for (uint32_t i = 0; i < mesh.vertex_count; ++i) {
       const glm::dvec3 point(light_from_mesh * glm::dvec4(scene.positions[mesh.first_vertex + i], 1));
       occluders.positions.emplace_back(point);
@@ -44,6 +89,10 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
       } else {
         smallest_z = std::min<double>(smallest_z, low);
       }
+    }
+    if (c >= casters.opaque_count) {
+      AddMaskVertices(scene, mesh, &occluders.mask_vertices);
+      AddMasked(mesh.material, first_index, occluders.indices.size(), &occluders.masked);
     }
   }
   const double floor = std::ldexp(largest_coordinate, -20);

@@ -16,17 +16,34 @@
 
 namespace halfshade {
 
+// Consecutive triangles that occlude only where their material's mask lets them.
+struct MaskedOccluders {
+  uint32_t material = 0;
+  uint32_t first_index = 0;
+  uint32_t index_count = 0;
+};
+
+// Texture coordinate of the base colour, and the vertex's alpha times the material's.
+using MaskVertex = glm::vec3;
+
 struct LightSpaceOccluders {
   std::vector<glm::vec3> positions;  // light frame, metres
   std::vector<uint32_t> indices;     // triangles with a part in front of the light's plane; both sides occlude
+  // Masked triangles and their vertices stand last: mask_vertices[i] belongs to positions[first_masked_vertex + i].
+  std::vector<MaskedOccluders> masked;
+  uint32_t first_masked_vertex = 0;
+  std::vector<MaskVertex> mask_vertices;
   OccluderHull hull{0, 0, 1};
-  size_t SizeBytes() const { return positions.size() * sizeof(glm::vec3) + indices.size() * sizeof(uint32_t); }
+  size_t SizeBytes() const {
+    return positions.size() * sizeof(glm::vec3) + indices.size() * sizeof(uint32_t) +
+           mask_vertices.size() * sizeof(MaskVertex);
+  }
 };
 
 // The casting instances of the pose in the frame of the light. hull.z_near() is just below the nearest occluder, or,
 // where one crosses the light's plane, 2^-20 of the occluders' largest coordinate: depth maps hold w z_near in floats,
 // whose precision does not depend on it. Only powers of two and maxima go into it, so that scaling scene and light by a
-// power of two changes no bit of a map.
+// power of two changes no bit of a map. Meshes of which a MASK material leaves nothing are not there.
 LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light);
 
 }  // namespace halfshade

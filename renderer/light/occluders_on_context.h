@@ -6,16 +6,21 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
+#include <vector>
 
 #include "renderer/gl/draw_context.h"
 #include "renderer/gl/handles.h"
 #include "renderer/light/occluders.h"
+#include "renderer/scene/scene_on_context.h"
 
 namespace halfshade {
 
 class OccludersOnContext {
  public:
-  static absl::StatusOr<std::unique_ptr<OccludersOnContext>> Create(const DrawContext& draw,
+  // `on_context` has the textures of the masked occluders' materials (SceneOnContext::NeedTextures); it need not
+  // outlive the result.
+  static absl::StatusOr<std::unique_ptr<OccludersOnContext>> Create(const DrawContext& draw, const FlatScene& scene,
+                                                                    const SceneOnContext& on_context,
                                                                     const LightSpaceOccluders& occluders);
 
   // Draws all of them into the bound depth framebuffer (size x size, cleared by the caller) as seen from `point` of the
@@ -28,9 +33,20 @@ class OccludersOnContext {
   uint64_t SizeBytes() const { return size_bytes_; }
 
  private:
+  // Masked triangles of one material.
+  struct Masked {
+    MaskedOccluders range;
+    SampledTexture mask;  // empty: the vertices' alpha alone
+    float alpha_cutoff = 0;
+  };
   OccludersOnContext() = default;
-  gl::VertexArray vertex_array_;
-  gl::Buffer positions_, indices_;
+  absl::Status DrawRange(const DrawContext& draw, uint64_t first_index, uint64_t index_count, int base_vertex) const;
+
+  gl::VertexArray vertex_array_, masked_vertex_array_;
+  gl::Buffer positions_, indices_, mask_vertices_;
+  std::vector<Masked> masked_;
+  uint64_t opaque_index_count_ = 0;
+  uint32_t first_masked_vertex_ = 0;
   OccluderHull hull_{0, 0, 1};
   uint64_t index_count_ = 0;
   uint64_t size_bytes_ = 0;

@@ -202,6 +202,11 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   };
   plan.needs_materials = some_view(&ViewPlan::needs_materials);
   plan.needs_object_ids = some_view(&ViewPlan::needs_object_ids);
+  plan.needs_textures =
+      plan.needs_materials || std::any_of(pose.instances.begin(), pose.instances.end(), [&](const Instance& instance) {
+        return (instance.casts || instance.is_visible) &&
+               scene.CoverageOf(scene.meshes[instance.mesh]) == MaskCoverage::kTested;
+      });
 
   std::vector<Box3d> occluders, receivers, visible;
   for (const Instance& instance : pose.instances) {
@@ -243,6 +248,12 @@ std::vector<LightPlan> PlanQuery(const FlatScene& scene, const Pose& pose, const
     if (instance.casts && !box.IsEmpty()) occluders.push_back(box);
   }
   return PlanSides(request, occluders, {points_ws}, LightView());
+}
+
+bool HasMaskedCaster(const FlatScene& scene, const Pose& pose) {
+  return std::any_of(pose.instances.begin(), pose.instances.end(), [&](const Instance& instance) {
+    return instance.casts && scene.CoverageOf(scene.meshes[instance.mesh]) == MaskCoverage::kTested;
+  });
 }
 
 }  // namespace halfshade

@@ -43,6 +43,7 @@ struct FramePlan {
   bool needs_shading = true;      // FRAME
   bool needs_visibility = true;   // FRAME or VISIBILITY: lights count
   bool needs_materials = true;    // of some view
+  bool needs_textures = true;     // for materials, or because a MASK material says where its meshes are
   bool needs_object_ids = false;  // of some view
   double camera_far_m = 0;        // 0: infinite. An orthographic camera always has one, behind everything visible
   std::vector<ViewPlan> views;    // one, or one for data (if any is asked) and then one per sample of FRAME
@@ -54,6 +55,9 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
 // The lights of a query of points in the box `points_ws`; of the request neither camera nor outputs are looked at.
 std::vector<LightPlan> PlanQuery(const FlatScene& scene, const Pose& pose, const RenderRequest& request,
                                  const Box3d& points_ws);
+
+// Some caster is there only where its mask lets it.
+bool HasMaskedCaster(const FlatScene& scene, const Pose& pose);
 
 // The predicates, each with the reason that the report gives. They take one side of a light.
 

@@ -72,24 +72,41 @@ struct SceneRoots {
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
+// A texture as a material reads it.
+struct MaterialTexture {
+  int32_t texture = -1;  // into FlatScene::textures; -1: none
+  uint8_t texcoord = 0;  // 0 or 1: which texture coordinates
+};
+
+// glTF's metallic-roughness. A factor multiplies its texture; colours are linear, colour textures hold sRGB.
 struct Material {
   std::string name;
-  glm::vec4 base_color{1};          // linear
-  int32_t base_color_texture = -1;  // into FlatScene::textures; its texels are sRGB
+  glm::vec4 base_color{1};
+  MaterialTexture base_color_texture;
   float metallic = 1;
   float roughness = 1;
+  MaterialTexture metallic_roughness_texture;  // green: roughness, blue: metallic
+  MaterialTexture normal_texture;              // tangent frame, +y up the image
+  float normal_scale = 1;
+  MaterialTexture occlusion_texture;  // red; for light that comes from everywhere, not for lights
+  float occlusion_strength = 1;
+  glm::vec3 emissive{0};
+  MaterialTexture emissive_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
   float alpha_cutoff = 0.5f;
   bool is_double_sided = false;
 };
 
 enum class Wrap : uint8_t { kRepeat, kClampToEdge, kMirroredRepeat };
+enum class MipFilter : uint8_t { kNone, kNearest, kLinear };
 
 struct Texture {
   uint32_t image = 0;
   Wrap wrap_s = Wrap::kRepeat;
   Wrap wrap_t = Wrap::kRepeat;
-  bool is_nearest = false;
+  bool magnifies_to_nearest = false;
+  bool minifies_to_nearest = false;  // within a mip level
+  MipFilter mip_filter = MipFilter::kLinear;
 };
 
 // Still encoded (PNG or JPEG): decoded only for a request that needs it. The header is already checked.
@@ -109,12 +126,19 @@ struct SceneCamera {
   double far_m = 0;  // 0: infinite
 };
 
+// kTested: alpha differs over the mesh and is compared where it is drawn.
+enum class MaskCoverage : uint8_t { kFull, kTested, kNothing };
+
 struct FlatScene {
   // Per vertex, parallel arrays. A normal is unit, or (0,0,0) where the file has none: then the geometric normal
   // shades, as glTF asks.
   std::vector<glm::vec3> positions;
   std::vector<glm::vec3> normals;
   std::vector<glm::vec2> texcoords;  // TEXCOORD_0, (0,0) where absent
+  // Empty where no mesh has, and its material asks for, any.
+  std::vector<glm::vec2> texcoords1;  // TEXCOORD_1, (0,0) where absent
+  std::vector<glm::vec4> tangents;    // xyz unit, w the sign of the bitangent cross(normal, xyz) w; zeros where absent
+  std::vector<glm::vec4> colors;      // COLOR_0, linear, in [0,1]; ones where absent
   std::vector<uint32_t> indices;
 
   std::vector<Mesh> meshes;
@@ -130,6 +154,9 @@ struct FlatScene {
 
   std::vector<std::string> warnings;  // said for the user, each starts with a JSON pointer
   uint64_t degenerate_triangles_dropped = 0;
+
+  // What a MASK material leaves of a mesh.
+  MaskCoverage CoverageOf(const Mesh& mesh) const;
 
   // Bytes of all arrays: what the scene cache counts.
   size_t SizeBytes() const;

@@ -45,24 +45,27 @@ int RayFan::CountOccluded() {
   return occluded;
 }
 
-void LeaveOutWhatIsBelow(const RTCFilterFunctionNArguments* args) {
+void LeaveOutWhatHidesNothing(const RTCFilterFunctionNArguments* args) {
   const auto& fan = *reinterpret_cast<const RayFan::Context*>(args->context);
-  if (fan.normal == glm::vec3(0)) return;
   const auto& triangles = *static_cast<const RayScene::Triangles*>(args->geometryUserPtr);
   uint32_t last = RTC_INVALID_GEOMETRY_ID;
+  const bool has_plane = fan.normal != glm::vec3(0);
   bool is_above = false;
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
     const uint32_t triangle = RTCHitN_primID(args->hit, args->N, i);
     if (triangle != last) {
       last = triangle;
-      is_above = false;
+      is_above = !has_plane;
       for (int k = 0; k < 3 && !is_above; ++k) {
         const glm::vec3 arm = glm::vec3(triangles.vertices[triangles.indices[3 * triangle + k]]) - fan.origin;
         is_above = glm::dot(fan.normal, arm) > kFourUlps * Size(arm) + fan.error;
       }
     }
-    if (!is_above) args->valid[i] = 0;
+    if (!is_above ||
+        triangles.IsMaskedAway(triangle, RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i))) {
+      args->valid[i] = 0;
+    }
   }
 }
 

@@ -38,7 +38,7 @@ class RayFan {
     glm::vec3 origin, normal;
     float error;
   };
-  friend void LeaveOutWhatIsBelow(const RTCFilterFunctionNArguments* args);
+  friend void LeaveOutWhatHidesNothing(const RTCFilterFunctionNArguments* args);
 
   RTCSceneTy* scene_;
   Context context_;
@@ -47,6 +47,6 @@ class RayFan {
 };
 
 // The filter that RayScene gives to Embree.
-void LeaveOutWhatIsBelow(const RTCFilterFunctionNArguments* args);
+void LeaveOutWhatHidesNothing(const RTCFilterFunctionNArguments* args);
 
 }  // namespace halfshade

@@ -14,8 +14,10 @@
 #include <memory>
 #include <vector>
 
+#include "renderer/renderer.h"
 #include "renderer/scene/flat_scene.h"
 #include "renderer/scene/pose.h"
+#include "renderer/scene/ray_mask.h"
 
 struct RTCDeviceTy;
 struct RTCSceneTy;
@@ -24,8 +26,10 @@ namespace halfshade {
 
 class RayScene {
  public:
-  // Both sides of every triangle occlude. RESOURCE_EXHAUSTED when Embree has no memory.
-  static absl::StatusOr<std::unique_ptr<RayScene>> Create(const FlatScene& scene, const Pose& pose);
+  // Both sides of every triangle occlude, those of a MASK material where the mask lets them: its image is decoded here,
+  // and the decoder's errors come back. RESOURCE_EXHAUSTED when Embree has no memory.
+  static absl::StatusOr<std::unique_ptr<RayScene>> Create(const FlatScene& scene, const Pose& pose,
+                                                          const ImageDecoder& decoder);
   ~RayScene();
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
@@ -40,12 +44,20 @@ class RayScene {
   struct Triangles {
     std::vector<glm::vec4> vertices;  // trace space; w is padding
     std::vector<uint32_t> indices;
+    // Masked triangles stand last: of triangle first_masked + i the mask, and of its corners texture coordinate and
+    // alpha.
+    uint32_t first_masked = 0;
+    std::vector<uint32_t> mask_of_triangle;
+    std::vector<glm::vec3> mask_corners;
+    std::vector<RayMask> masks;
+    // Whether the mask leaves nothing at the point (u, v) of the triangle (weights of its second and third corner).
+    bool IsMaskedAway(uint32_t triangle, float u, float v) const;
   };
   const Triangles& triangles() const { return triangles_; }
 
  private:
   RayScene() = default;
-  void AddCasters(const FlatScene& scene, const Pose& pose);
+  absl::Status AddCasters(const FlatScene& scene, const Pose& pose, const ImageDecoder& decoder);
   absl::Status Build();
 
   glm::dvec3 origin_ws_{0};

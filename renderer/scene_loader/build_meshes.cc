@@ -47,6 +47,58 @@ glm::vec3 Local(const AccessorReader& positions, uint32_t vertex, const glm::dve
   return glm::vec3(glm::dvec3(positions.Vector<glm::vec3>(vertex)) - origin);
 }
 
+// The attributes beside positions that a primitive has and its material asks for.
+struct Attributes {
+  std::optional<AccessorReader> normals, texcoords, texcoords1, tangents, colors;
+
+  Attributes(const GltfData& data, const tinygltf::Primitive& primitive, const Material& material) {
+    bool wants_second = false;
+    for (const MaterialTexture* texture :
+         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+          &material.occlusion_texture, &material.emissive_texture}) {
+      wants_second = wants_second || (texture->texture >= 0 && texture->texcoord == 1);
+    }
+    const auto find = [&](const char* name, std::optional<AccessorReader>* reader) {
+      const auto attribute = primitive.attributes.find(name);
+      if (attribute != primitive.attributes.end()) reader->emplace(data, attribute->second);
+    };
+    find("NORMAL", &normals);
+    find("TEXCOORD_0", &texcoords);
+    if (wants_second) find("TEXCOORD_1", &texcoords1);
+    if (material.normal_texture.texture >= 0) find("TANGENT", &tangents);
+    find("COLOR_0", &colors);
+  }
+
+  // Unit, or zero without a direction.
+  glm::vec3 Normal(uint32_t vertex) const { return normals ? Unit(normals->Vector<glm::vec3>(vertex)) : glm::vec3(0); }
+  glm::vec4 Tangent(uint32_t vertex) const {
+    const glm::vec4 tangent = tangents->Vector<glm::vec4>(vertex);
+    const glm::vec3 direction = Unit(glm::vec3(tangent));
+    return direction == glm::vec3(0) ? glm::vec4(0) : glm::vec4(direction, tangent.w < 0 ? -1.0f : 1.0f);
+  }
+  glm::vec4 Color(uint32_t vertex) const {
+    glm::vec4 color(1);
+    for (int i = 0; i < colors->components(); ++i) color[i] = glm::clamp(colors->Float(vertex, i), 0.0f, 1.0f);
+    return color;
+  }
+
+ private:
+  static glm::vec3 Unit(const glm::vec3& vector) {
+    const float length = glm::length(vector);
+    return std::isfinite(length) && length > 0 ? vector / length : glm::vec3(0);
+  }
+};
+
+absl::StatusOr<glm::vec2> Texcoord(const std::optional<AccessorReader>& reader, uint32_t vertex,
+                                   const tinygltf::Primitive& primitive, const std::string& pointer, int set) {
+  if (!reader) return glm::vec2(0);
+  const glm::vec2 texcoord = reader->Vector<glm::vec2>(vertex);
+  if (std::isfinite(texcoord.x) && std::isfinite(texcoord.y)) return texcoord;
+  const std::string name = "TEXCOORD_" + std::to_string(set);
+  return absl::InvalidArgumentError(pointer + "/attributes/" + name + ": element " + std::to_string(vertex) +
+                                    " is not finite (" + AccessorOf(primitive.attributes.at(name)) + ")");
+}
+
 // Of the corners as they are stored, since those are drawn.
 bool HasArea(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   return glm::length(glm::cross(b - a, c - a)) > 0;
@@ -97,12 +149,7 @@ void MeshBuilder::AddTriangles(const Corners& corners, const AccessorReader& pos
 
 absl::Status MeshBuilder::AddVertices(const tinygltf::Primitive& primitive, const AccessorReader& positions,
                                       const std::string& pointer, Mesh* mesh) {
-  std::optional<AccessorReader> normals, texcoords;
-  const auto normal = primitive.attributes.find("NORMAL");
-  const auto texcoord = primitive.attributes.find("TEXCOORD_0");
-  if (normal != primitive.attributes.end()) normals.emplace(data_, normal->second);
-  if (texcoord != primitive.attributes.end()) texcoords.emplace(data_, texcoord->second);
-
+  const Attributes attributes(data_, primitive, scene_.materials[mesh->material]);
   uint32_t* const first = scene_.indices.data() + mesh->first_index;
   uint32_t* const last = first + mesh->index_count;
   const size_t largest = *std::max_element(first, last);
@@ -120,21 +167,24 @@ absl::Status MeshBuilder::AddVertices(const tinygltf::Primitive& primitive, cons
     const glm::vec3 local = Local(positions, used[slot], mesh->origin);
     mesh->bounds.Add(local);
     scene_.positions.push_back(local);
-    glm::vec3 n(0);
-    if (normals) {
-      n = normals->Vector<glm::vec3>(used[slot]);
-      const float length = glm::length(n);
-      const bool has_direction = std::isfinite(length) && length > 0;
-      n = has_direction ? n / length : glm::vec3(0);
-      has_bad_normals = has_bad_normals || !has_direction;
+    const glm::vec3 normal = attributes.Normal(used[slot]);
+    has_bad_normals = has_bad_normals || (attributes.normals && normal == glm::vec3(0));
+    scene_.normals.push_back(normal);
+    ASSIGN_OR_RETURN(const glm::vec2 texcoord, Texcoord(attributes.texcoords, used[slot], primitive, pointer, 0));
+    scene_.texcoords.push_back(texcoord);
+    if (attributes.texcoords1) {
+      ASSIGN_OR_RETURN(const glm::vec2 second, Texcoord(attributes.texcoords1, used[slot], primitive, pointer, 1));
+      scene_.texcoords1.resize(scene_.positions.size() - 1, glm::vec2(0));
+      scene_.texcoords1.push_back(second);
     }
-    scene_.normals.push_back(n);
-    const glm::vec2 uv = texcoords ? texcoords->Vector<glm::vec2>(used[slot]) : glm::vec2(0);
-    if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) {
-      return absl::InvalidArgumentError(pointer + "/attributes/TEXCOORD_0: element " + std::to_string(used[slot]) +
-                                        " is not finite (" + AccessorOf(texcoord->second) + ")");
+    if (attributes.tangents) {
+      scene_.tangents.resize(scene_.positions.size() - 1, glm::vec4(0));
+      scene_.tangents.push_back(attributes.Tangent(used[slot]));
     }
-    scene_.texcoords.push_back(uv);
+    if (attributes.colors) {
+      scene_.colors.resize(scene_.positions.size() - 1, glm::vec4(1));
+      scene_.colors.push_back(attributes.Color(used[slot]));
+    }
   }
   if (has_bad_normals) {
     warnings_.Add(pointer + "/attributes/NORMAL", "normals without a direction; there the surface's own shades");
@@ -142,6 +192,9 @@ absl::Status MeshBuilder::AddVertices(const tinygltf::Primitive& primitive, cons
   for (uint32_t* index = first; index != last; ++index) *index = slots_[*index];
   for (const uint32_t vertex : used) slots_[vertex] = 0;
   mesh->vertex_count = uint32_t(used.size());
+  if (!scene_.texcoords1.empty()) scene_.texcoords1.resize(scene_.positions.size(), glm::vec2(0));
+  if (!scene_.tangents.empty()) scene_.tangents.resize(scene_.positions.size(), glm::vec4(0));
+  if (!scene_.colors.empty()) scene_.colors.resize(scene_.positions.size(), glm::vec4(1));
   return absl::OkStatus();
 }
 
@@ -180,6 +233,8 @@ absl::Status MeshBuilder::Add(const tinygltf::Primitive& primitive, const std::s
   if (mesh.index_count == 0) return absl::OkStatus();
   RETURN_IF_ERROR(AddVertices(primitive, positions, pointer, &mesh));
   const uint64_t bytes = scene_.positions.size() * uint64_t(2 * sizeof(glm::vec3) + sizeof(glm::vec2)) +
+                         scene_.texcoords1.size() * uint64_t(sizeof(glm::vec2)) +
+                         (scene_.tangents.size() + scene_.colors.size()) * uint64_t(sizeof(glm::vec4)) +
                          scene_.indices.size() * uint64_t(sizeof(uint32_t));
   if (bytes > limits_.max_scene_bytes) {
     return absl::InvalidArgumentError(pointer + ": the scene takes over " + std::to_string(limits_.max_scene_bytes) +

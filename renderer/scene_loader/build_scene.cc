@@ -26,6 +26,25 @@ Wrap ToWrap(int mode) {
                                                          : Wrap::kRepeat;
 }
 
+// glTF leaves an absent filter (-1) to us: linear, with mips.
+bool MinifiesToNearest(int filter) {
+  return filter == TINYGLTF_TEXTURE_FILTER_NEAREST || filter == TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST ||
+         filter == TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR;
+}
+
+MipFilter ToMipFilter(int filter) {
+  switch (filter) {
+    case TINYGLTF_TEXTURE_FILTER_NEAREST:
+    case TINYGLTF_TEXTURE_FILTER_LINEAR:
+      return MipFilter::kNone;
+    case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
+    case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST:
+      return MipFilter::kNearest;
+    default:
+      return MipFilter::kLinear;
+  }
+}
+
 glm::dmat4 LocalMatrix(const tinygltf::Node& node) {
   if (node.matrix.size() == 16) return glm::make_mat4(node.matrix.data());
   glm::dmat4 local(1);
@@ -93,10 +112,23 @@ class Builder {
         const tinygltf::Sampler& sampler = model_.samplers[size_t(source.sampler)];
         texture.wrap_s = ToWrap(sampler.wrapS);
         texture.wrap_t = ToWrap(sampler.wrapT);
-        texture.is_nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+        texture.magnifies_to_nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
+        texture.minifies_to_nearest = MinifiesToNearest(sampler.minFilter);
+        texture.mip_filter = ToMipFilter(sampler.minFilter);
       }
       scene_.textures.push_back(texture);
     }
+  }
+
+  // Any of tinygltf's kinds of texture info.
+  template <typename Info>
+  MaterialTexture BuildMaterialTexture(const Info& source, const std::string& pointer) {
+    MaterialTexture result;
+    if (source.index < 0) return result;
+    result.texture = texture_of_gltf_[size_t(source.index)];
+    result.texcoord = source.texCoord == 1 ? 1 : 0;
+    if (result.texture < 0) gltf_.warnings.Add(pointer, "has no image that can be read; left out");
+    return result;
   }
 
   void BuildMaterial(const tinygltf::Material& source, const std::string& pointer) {
@@ -104,15 +136,18 @@ class Builder {
     Material material;
     material.name = source.name;
     for (int i = 0; i < 4; ++i) material.base_color[i] = float(pbr.baseColorFactor[size_t(i)]);
-    if (pbr.baseColorTexture.index >= 0) {
-      material.base_color_texture = texture_of_gltf_[size_t(pbr.baseColorTexture.index)];
-      if (material.base_color_texture < 0) {
-        gltf_.warnings.Add(pointer + "/pbrMetallicRoughness/baseColorTexture",
-                           "has no image that can be read; left out");
-      }
-    }
+    material.base_color_texture =
+        BuildMaterialTexture(pbr.baseColorTexture, pointer + "/pbrMetallicRoughness/baseColorTexture");
     material.metallic = float(pbr.metallicFactor);
     material.roughness = float(pbr.roughnessFactor);
+    material.metallic_roughness_texture =
+        BuildMaterialTexture(pbr.metallicRoughnessTexture, pointer + "/pbrMetallicRoughness/metallicRoughnessTexture");
+    material.normal_texture = BuildMaterialTexture(source.normalTexture, pointer + "/normalTexture");
+    material.normal_scale = float(source.normalTexture.scale);
+    material.occlusion_texture = BuildMaterialTexture(source.occlusionTexture, pointer + "/occlusionTexture");
+    material.occlusion_strength = float(source.occlusionTexture.strength);
+    for (int i = 0; i < 3; ++i) material.emissive[i] = float(source.emissiveFactor[size_t(i)]);
+    material.emissive_texture = BuildMaterialTexture(source.emissiveTexture, pointer + "/emissiveTexture");
     material.alpha_mode = source.alphaMode == "MASK"    ? AlphaMode::kMask
                           : source.alphaMode == "BLEND" ? AlphaMode::kBlend
                                                         : AlphaMode::kOpaque;

@@ -9,13 +9,18 @@ namespace {
 
 constexpr int64_t kFloat = 5126;
 constexpr int64_t kTriangles = 4;
+// Beyond it a normal map is a plane of edges; a float of it still has a length.
+constexpr double kMaxNormalScale = 1e6;
 
-absl::StatusOr<bool> CheckTextureInfo(const Gltf& gltf, const Place& owner, const char* key) {
-  if (!owner.Has(key)) return false;
+absl::Status CheckTextureInfo(const Place& owner, const char* key, Gltf* gltf) {
+  if (!owner.Has(key)) return absl::OkStatus();
   ASSIGN_OR_RETURN(const Place info, owner.Object(key));
-  RETURN_IF_ERROR(gltf.Follow(info, "index", "textures").status());
-  RETURN_IF_ERROR(info.IntegerOr("texCoord", 0, 1 << 20, 0).status());
-  return true;
+  RETURN_IF_ERROR(gltf->Follow(info, "index", "textures").status());
+  ASSIGN_OR_RETURN(const int64_t texcoord, info.IntegerOr("texCoord", 0, 1 << 20, 0));
+  if (texcoord > 1) {
+    gltf->warnings.Add(info.pointer() + "/texCoord", "only TEXCOORD_0 and TEXCOORD_1 are read; drawn with TEXCOORD_0");
+  }
+  return absl::OkStatus();
 }
 
 absl::Status CheckPbr(const Place& material, Gltf* gltf) {
@@ -24,37 +29,34 @@ absl::Status CheckPbr(const Place& material, Gltf* gltf) {
   RETURN_IF_ERROR(pbr.CheckNumbers("baseColorFactor", 4, 0, 1));
   RETURN_IF_ERROR(pbr.CheckNumber("metallicFactor", 0, 1));
   RETURN_IF_ERROR(pbr.CheckNumber("roughnessFactor", 0, 1));
-  ASSIGN_OR_RETURN(const bool has_color, CheckTextureInfo(*gltf, pbr, "baseColorTexture"));
-  if (has_color && pbr.json()["baseColorTexture"].value("texCoord", int64_t(0)) != 0) {
-    gltf->warnings.Add(pbr.Member("baseColorTexture").pointer() + "/texCoord", "only TEXCOORD_0 is used");
-  }
-  ASSIGN_OR_RETURN(const bool has_metal, CheckTextureInfo(*gltf, pbr, "metallicRoughnessTexture"));
-  if (has_metal)
-    gltf->warnings.Add(pbr.Member("metallicRoughnessTexture").pointer(), "metallicRoughnessTexture is not drawn");
-  return absl::OkStatus();
+  RETURN_IF_ERROR(CheckTextureInfo(pbr, "baseColorTexture", gltf));
+  return CheckTextureInfo(pbr, "metallicRoughnessTexture", gltf);
 }
 
 absl::Status CheckMaterial(const Place& material, Gltf* gltf) {
+  constexpr double kLargest = std::numeric_limits<float>::max();
   RETURN_IF_ERROR(CheckPbr(material, gltf));
   for (const char* key : {"normalTexture", "occlusionTexture", "emissiveTexture"}) {
-    ASSIGN_OR_RETURN(const bool has_texture, CheckTextureInfo(*gltf, material, key));
-    if (has_texture) gltf->warnings.Add(material.Member(key).pointer(), std::string(key) + " is not drawn");
+    RETURN_IF_ERROR(CheckTextureInfo(material, key, gltf));
+  }
+  if (material.Has("normalTexture")) {
+    RETURN_IF_ERROR(material.Member("normalTexture").CheckNumber("scale", -kMaxNormalScale, kMaxNormalScale));
+  }
+  if (material.Has("occlusionTexture")) {
+    RETURN_IF_ERROR(material.Member("occlusionTexture").CheckNumber("strength", 0, 1));
   }
   RETURN_IF_ERROR(material.CheckNumbers("emissiveFactor", 3, 0, 1));
-  if (material.Has("emissiveFactor") && material.json()["emissiveFactor"] != Json({0, 0, 0})) {
-    gltf->warnings.Add(material.Member("emissiveFactor").pointer(), "what emits light does not glow");
-  }
   RETURN_IF_ERROR(material.CheckFlag("doubleSided"));
   if (material.Has("alphaMode")) {
     ASSIGN_OR_RETURN(const std::string mode, material.Text("alphaMode"));
     if (mode != "OPAQUE" && mode != "MASK" && mode != "BLEND") {
       return material.FaultAt("alphaMode", Quoted(mode) + "; must be OPAQUE, MASK or BLEND");
     }
-    if (mode != "OPAQUE") {
-      gltf->warnings.Add(material.Member("alphaMode").pointer(), mode + " is drawn, and occludes, as OPAQUE");
+    if (mode == "BLEND") {
+      gltf->warnings.Add(material.Member("alphaMode").pointer(), "BLEND is drawn, and occludes, as OPAQUE");
     }
   }
-  return material.CheckNumber("alphaCutoff", 0, std::numeric_limits<float>::max());
+  return material.CheckNumber("alphaCutoff", 0, kLargest);
 }
 
 // The accessor that `attributes` names: its elements are as many as `count`, and aligned as vertices must be.
@@ -138,7 +140,9 @@ absl::Status CheckPrimitive(const Place& primitive, Gltf* gltf) {
     ASSIGN_OR_RETURN(const Place accessor, CheckAttribute(*gltf, attributes, name, count));
     if (name == "POSITION" || name == "NORMAL") {
       RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC3", false));
-    } else if (name == "TEXCOORD_0") {
+    } else if (name == "TANGENT") {
+      RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC4", false));
+    } else if (name == "TEXCOORD_0" || name == "TEXCOORD_1") {
       RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC2", true));
     } else if (name.starts_with("JOINTS_")) {
       const int64_t component = accessor.json()["componentType"].get<int64_t>();
@@ -146,7 +150,8 @@ absl::Status CheckPrimitive(const Place& primitive, Gltf* gltf) {
         return attributes.FaultAt(name, accessor.pointer() + " must be VEC4 of unsigned bytes or shorts");
       }
     } else if (name == "COLOR_0") {
-      gltf->warnings.Add(attributes.Member(name).pointer(), "colours of vertices are not drawn");
+      const bool has_alpha = accessor.json()["type"] == "VEC4";
+      RETURN_IF_ERROR(CheckType(attributes, name, accessor, has_alpha ? "VEC4" : "VEC3", true));
     }
   }
   return CheckTargets(primitive, count, gltf);

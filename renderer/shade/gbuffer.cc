@@ -17,18 +17,20 @@ namespace {
 constexpr double kMillisecondsPerTriangle = 3e-4;  // llvmpipe, two cores
 constexpr double kMillisecondsPerPixel = 4e-5;     // cleared and covered a few times
 constexpr uint32_t kTrianglesPerDraw = 32768;
-constexpr int kBaseColorUnit = 0;
 constexpr size_t kObjectIdLocation = 7;  // of out_object_id in gbuffer.frag
 constexpr GLuint kPlanesBinding = 0;
 // The ground's colour: a neutral grey that shows shadow and light.
 constexpr glm::vec4 kGroundColor{0.6f, 0.6f, 0.6f, 1};
 
+// Texture units; bit i of second_texcoord (gbuffer.frag) is of unit i.
+enum Unit { kBaseColorUnit, kMetallicRoughnessUnit, kNormalUnit, kOcclusionUnit, kEmissiveUnit, kMaskUnit, kUnits };
+
 // What is drawn with one set of uniforms.
 struct Drawable {
   glm::dmat4 camera_from_mesh{1};  // world axes, origin at the eye
-  glm::vec4 base_color{1};
-  const gl::Texture* texture = nullptr;
-  bool is_double_sided = false;
+  const Material* material = nullptr;
+  const MaterialTextures* textures = nullptr;  // null: none
+  bool is_masked = false;
   bool receives = true;
   uint32_t first_triangle = 0;
   uint32_t triangle_count = 0;
@@ -36,10 +38,18 @@ struct Drawable {
   uint32_t object_id = 0;
 };
 
+Material GroundMaterial() {
+  Material material;
+  material.base_color = kGroundColor;
+  material.metallic = 0;
+  material.is_double_sided = true;
+  return material;
+}
+
 class GBufferPass {
  public:
-  GBufferPass(const DrawContext& draw, gl::Program* program, const RenderRequest& request)
-      : draw_(draw), gl_(draw.context->gl()), program_(program) {
+  GBufferPass(const DrawContext& draw, const RenderRequest& request, bool with_materials)
+      : draw_(draw), gl_(draw.context->gl()), camera_(request.camera), with_materials_(with_materials) {
     const double aspect = double(request.width) / request.height;
     // Row 0 of the image is row 0 of the framebuffer: y is flipped here, and with it what counts as a front face.
     flipped_clip_from_camera_ = glm::dmat4(1);
@@ -47,30 +57,29 @@ class GBufferPass {
     flipped_clip_from_camera_ = flipped_clip_from_camera_ * ClipFromView(request.camera, aspect) *
                                 glm::dmat4(ViewRotationFromWorld(request.camera));
     gl_.GetIntegerv(GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT, &buffer_alignment_);
-    program_->Set("is_orthographic", int(request.camera.is_orthographic));
-    program_->Set("forward", glm::vec3(request.camera.forward_ws));
-    program_->Set("base_color_texture", kBaseColorUnit);
+  }
+  ~GBufferPass() {
+    for (int unit = 0; unit < kUnits; ++unit) gl_.BindSampler(GLuint(unit), 0);
   }
 
   absl::Status Draw(const Drawable& drawable, const gl::Buffer& planes) {
     const glm::dmat3 linear(drawable.camera_from_mesh);
     const double determinant = glm::determinant(linear);
     if (determinant == 0) return absl::OkStatus();  // flattened: no triangle has an area
-    program_->Set("clip_from_mesh", glm::mat4(flipped_clip_from_camera_ * drawable.camera_from_mesh));
-    program_->Set("camera_from_mesh", glm::mat4(drawable.camera_from_mesh));
-    program_->Set("normal_from_mesh", glm::mat3(glm::transpose(glm::inverse(linear))));
-    program_->Set("plane_scale", drawable.receives ? 1.0f : kNotReceivingScale);
-    program_->Set("object_id", float(drawable.object_id));
-    program_->Set("base_color", drawable.base_color);
-    program_->Set("has_texture", int(drawable.texture != nullptr));
-    if (drawable.texture != nullptr) drawable.texture->Bind(kBaseColorUnit);
+    ASSIGN_OR_RETURN(gl::Program * program, UseProgram(drawable));
+    program->Set("clip_from_mesh", glm::mat4(flipped_clip_from_camera_ * drawable.camera_from_mesh));
+    program->Set("camera_from_mesh", glm::mat4(drawable.camera_from_mesh));
+    program->Set("normal_from_mesh", glm::mat3(glm::transpose(glm::inverse(linear))));
+    program->Set("handedness", determinant > 0 ? 1.0f : -1.0f);
+    program->Set("plane_scale", drawable.receives ? 1.0f : kNotReceivingScale);
+    program->Set("object_id", float(drawable.object_id));
     gl_.FrontFace(determinant > 0 ? GL_CW : GL_CCW);
-    if (drawable.is_double_sided) {
+    if (drawable.material->is_double_sided) {
       gl_.Disable(GL_CULL_FACE);
     } else {
       gl_.Enable(GL_CULL_FACE);
     }
-    const uint32_t planes_per_step = std::max<uint32_t>(1, uint32_t(buffer_alignment_) / sizeof(glm::vec4));
+    const uint32_t planes_per_step = std::max(1u, uint32_t(size_t(buffer_alignment_) / sizeof(glm::vec4)));
     for (uint32_t done = 0; done < drawable.triangle_count; done += kTrianglesPerDraw) {
       const uint32_t first = drawable.first_triangle + done;
       const uint32_t count = std::min(kTrianglesPerDraw, drawable.triangle_count - done);
@@ -78,7 +87,7 @@ class GBufferPass {
       const uint32_t aligned = first / planes_per_step * planes_per_step;
       gl_.BindBufferRange(GL_SHADER_STORAGE_BUFFER, kPlanesBinding, planes.id(), GLintptr(aligned * sizeof(glm::vec4)),
                           GLsizeiptr((first - aligned + count) * sizeof(glm::vec4)));
-      program_->Set("first_triangle", int(first - aligned));
+      program->Set("first_triangle", int(first - aligned));
       RETURN_IF_ERROR(draw_.pacer->Charge(kMillisecondsPerTriangle * count));
       gl_.DrawElementsBaseVertex(GL_TRIANGLES, GLsizei(3 * count), GL_UNSIGNED_INT,
                                  reinterpret_cast<const void*>(3 * sizeof(uint32_t) * size_t(first)),
@@ -88,9 +97,77 @@ class GBufferPass {
   }
 
  private:
+  // llvmpipe pays for what stands behind a uniform condition, so textures are compiled in or out; not one by one, since
+  // every program costs a compilation at its first draw: a map that a material lacks is a white texel.
+  absl::StatusOr<gl::Program*> UseProgram(const Drawable& drawable) {
+    const MaterialTextures none;
+    const MaterialTextures& textures = drawable.textures != nullptr ? *drawable.textures : none;
+    const bool has_base_color = with_materials_ && textures.base_color;
+    const bool has_maps =
+        with_materials_ && (textures.metallic_roughness || textures.normal || textures.occlusion || textures.emissive);
+    std::vector<std::string> defines;
+    if (with_materials_) defines.push_back("HAS_MATERIAL");
+    if (has_base_color) defines.push_back("HAS_BASE_COLOR_TEXTURE");
+    if (has_maps) defines.push_back("HAS_MAPS");
+    if (drawable.is_masked) defines.push_back("HAS_MASK");
+    ASSIGN_OR_RETURN(gl::Program * program, draw_.programs->Get("shade/gbuffer.vert", "shade/gbuffer.frag", defines));
+    program->Use();
+    program->Set("is_orthographic", int(camera_.is_orthographic));
+    program->Set("forward", glm::vec3(camera_.forward_ws));
+    const Material& material = *drawable.material;
+    program->Set("base_color", material.base_color);
+    program->Set("alpha_cutoff", material.alpha_cutoff);
+    program->Set("metallic", material.metallic);
+    program->Set("roughness", material.roughness);
+    program->Set("emissive", material.emissive);
+    program->Set("normal_scale", textures.normal ? material.normal_scale : 0.0f);
+    program->Set("occlusion_strength", material.occlusion_strength);
+    program->Set("second_texcoord", SecondTexcoords(material));
+    program->Set("has_mask_texture", int(bool(textures.mask)));
+    if (drawable.is_masked) Bind(*program, "mask", kMaskUnit, textures.mask);
+    if (has_base_color) Bind(*program, "base_color_texture", kBaseColorUnit, textures.base_color);
+    if (has_maps) {
+      RETURN_IF_ERROR(NeedWhite());
+      Bind(*program, "metallic_roughness_texture", kMetallicRoughnessUnit, textures.metallic_roughness);
+      Bind(*program, "normal_texture", kNormalUnit, textures.normal);
+      Bind(*program, "occlusion_texture", kOcclusionUnit, textures.occlusion);
+      Bind(*program, "emissive_texture", kEmissiveUnit, textures.emissive);
+    }
+    return program;
+  }
+
+  static int SecondTexcoords(const Material& material) {
+    int bits = 0;
+    const MaterialTexture* textures[] = {&material.base_color_texture, &material.metallic_roughness_texture,
+                                         &material.normal_texture, &material.occlusion_texture,
+                                         &material.emissive_texture};
+    for (int unit = 0; unit < kMaskUnit; ++unit) bits |= int(textures[unit]->texcoord) << unit;
+    return bits;
+  }
+
+  void Bind(gl::Program& program, const char* name, int unit, const SampledTexture& texture) {
+    program.Set(name, unit);
+    if (texture) {
+      texture.Bind(unit);
+    } else if (white_) {
+      white_.Bind(unit);
+      gl_.BindSampler(GLuint(unit), 0);
+    }
+  }
+
+  absl::Status NeedWhite() {
+    if (white_) return absl::OkStatus();
+    ASSIGN_OR_RETURN(white_, gl::Texture::Create2D(*draw_.context, GL_RGBA8, 1, 1));
+    const uint8_t white[4] = {255, 255, 255, 255};
+    gl_.TextureSubImage2D(white_.id(), 0, 0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, white);
+    return absl::OkStatus();
+  }
+
   const DrawContext& draw_;
   const GladGLContext& gl_;
-  gl::Program* program_;
+  const Camera& camera_;
+  bool with_materials_;
+  gl::Texture white_;
   glm::dmat4 flipped_clip_from_camera_;
   GLint buffer_alignment_ = 256;
 };
@@ -118,14 +195,11 @@ absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const Render
   gl::VertexArray vertex_array = gl::VertexArray::Create(context);
   vertex_array.SetFloats(0, 3, position_buffer.id());
   gl.VertexArrayElementBuffer(vertex_array.id(), index_buffer.id());
-  // No normal and texture coordinate arrays: a zero normal makes the geometric one shade.
-  gl.VertexAttrib3f(1, 0, 0, 0);
-  gl.VertexAttrib2f(2, 0, 0);
   gl.BindVertexArray(vertex_array.id());
   Drawable ground;
   ground.camera_from_mesh = CameraFromMesh(glm::translate(glm::dmat4(1), center), request.camera);
-  ground.base_color = kGroundColor;
-  ground.is_double_sided = true;
+  const Material material = GroundMaterial();
+  ground.material = &material;
   ground.triangle_count = 2;
   ground.object_id = object_id;
   return pass.Draw(ground, plane_buffer);
@@ -143,12 +217,11 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
   ASSIGN_OR_RETURN(gbuffer.planes, gl::Texture::Create2D(context, GL_RGBA32F, request.width, request.height));
   ASSIGN_OR_RETURN(gbuffer.depth, gl::Texture::Create2D(context, GL_DEPTH_COMPONENT32F, request.width, request.height));
   std::vector<const gl::Texture*> colors = {&gbuffer.planes};
-  std::vector<std::string> defines;
   if (channels.materials) {
-    ASSIGN_OR_RETURN(gbuffer.normals, gl::Texture::Create2D(context, GL_RGBA16F, request.width, request.height));
+    ASSIGN_OR_RETURN(gbuffer.normals, gl::Texture::Create2D(context, GL_RGBA32F, request.width, request.height));
     ASSIGN_OR_RETURN(gbuffer.base_colors, gl::Texture::Create2D(context, GL_RGBA16F, request.width, request.height));
-    colors = {&gbuffer.planes, &gbuffer.normals, &gbuffer.base_colors};
-    defines = {"HAS_MATERIAL"};
+    ASSIGN_OR_RETURN(gbuffer.emissions, gl::Texture::Create2D(context, GL_RGBA16F, request.width, request.height));
+    colors = {&gbuffer.planes, &gbuffer.normals, &gbuffer.base_colors, &gbuffer.emissions};
   }
   if (channels.object_ids) {
     ASSIGN_OR_RETURN(gbuffer.object_ids, gl::Texture::Create2D(context, GL_R32F, request.width, request.height));
@@ -156,7 +229,6 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
     colors.back() = &gbuffer.object_ids;
   }
   ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(context, colors, &gbuffer.depth));
-  ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("shade/gbuffer.vert", "shade/gbuffer.frag", defines));
   framebuffer.Bind();
   gl.Viewport(0, 0, request.width, request.height);
   gl.Enable(GL_DEPTH_TEST);
@@ -169,19 +241,20 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
     if (colors[i] != nullptr) gl.ClearBufferfv(GL_COLOR, i, zero);
   }
   gl.ClearBufferfv(GL_DEPTH, 0, zero);
-  program->Use();
-  GBufferPass pass(draw, program, request);
+  SetAbsentAttributes(context);
+  GBufferPass pass(draw, request, channels.materials);
   RETURN_IF_ERROR(draw.pacer->Charge(kMillisecondsPerPixel * request.width * request.height));
   gl.BindVertexArray(on_context.vertex_array().id());
   for (const Instance& instance : pose.instances) {
     if (!instance.is_visible) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
-    const Material& material = scene.materials[mesh.material];
+    const MaskCoverage coverage = scene.CoverageOf(mesh);
+    if (coverage == MaskCoverage::kNothing) continue;
     Drawable drawable;
     drawable.camera_from_mesh = CameraFromMesh(instance.world_from_mesh, request.camera);
-    drawable.base_color = material.base_color;
-    drawable.texture = channels.materials ? on_context.base_color_texture(mesh.material) : nullptr;
-    drawable.is_double_sided = material.is_double_sided;
+    drawable.material = &scene.materials[mesh.material];
+    drawable.is_masked = coverage == MaskCoverage::kTested;
+    if (channels.materials || drawable.is_masked) drawable.textures = &on_context.textures(mesh.material);
     drawable.receives = instance.receives;
     drawable.first_triangle = mesh.first_index / 3;
     drawable.triangle_count = mesh.TriangleCount();

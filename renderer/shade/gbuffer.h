@@ -16,16 +16,19 @@ namespace halfshade {
 
 // [height][width], row 0 on top.
 struct GBuffer {
-  gl::Texture planes;       // RGBA32F, see Receivers
-  gl::Texture normals;      // RGBA16F world shading normals; empty unless channels.materials
-  gl::Texture base_colors;  // RGBA16F linear; empty unless channels.materials
+  gl::Texture planes;  // RGBA32F, see Receivers
+  // Empty unless channels.materials.
+  gl::Texture normals;      // RGBA32F world shading normals, turned to the side that is seen; a: roughness. In halves a
+                            // mirror's reflections would step
+  gl::Texture base_colors;  // RGBA16F linear; a: metallic
+  gl::Texture emissions;    // RGBA16F radiance, not exposed; a: what occlusion maps leave of ambient light
   gl::Texture object_ids;   // R32F, OutputKind::kObjectId; empty unless channels.object_ids
   gl::Texture depth;
   uint64_t triangles_drawn = 0;
 };
 
 struct GBufferChannels {
-  bool materials = false;  // needs SceneOnContext::NeedMaterials
+  bool materials = false;  // needs SceneOnContext::NeedTextures
   bool object_ids = false;
 };
 
@@ -33,7 +36,7 @@ struct GBufferChannels {
 uint32_t GroundId(const FlatScene& scene);
 
 // Draws every visible instance and the request's ground, nearest first in depth, back faces culled but on double-sided
-// materials.
+// materials, masked ones only where they are. Needs SceneOnContext::NeedTextures for channels.materials and for masks.
 absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& scene, const SceneOnContext& on_context,
                                     const Pose& pose, const RenderRequest& request, GBufferChannels channels);
 

@@ -11,12 +11,26 @@
 
 namespace halfshade {
 
-// RGBA32F: ambient light and background, exposed; alpha is coverage. Lights are added to it.
-absl::StatusOr<gl::Texture> StartFrame(const DrawContext& draw, const GBuffer& gbuffer, const RenderRequest& request);
+// The fitted tables of the specular (renderer/shade/ltc) on a context: made once, 96 KiB.
+class LtcTextures {
+ public:
+  static absl::StatusOr<LtcTextures> Create(const gl::Context& context);
+  // Binds both to units first_unit and the next, and sets the uniforms of common/ltc.glsl.
+  void Bind(gl::Program& program, int first_unit) const;
 
-// Adds a light: diffuse, exact for the whole light (Lambert's polygon formula), times visibility (red channel).
-absl::Status AddLight(const DrawContext& draw, const GBuffer& gbuffer, const Receivers& receivers,
-                      const AreaLight& light, const gl::Texture& visibility, const RenderRequest& request,
-                      gl::Texture& frame);
+ private:
+  gl::Texture lobes_, albedos_;
+};
+
+// RGBA32F: emission, ambient light and background, exposed; alpha is coverage. Lights are added to it.
+absl::StatusOr<gl::Texture> StartFrame(const DrawContext& draw, const LtcTextures& ltc, const GBuffer& gbuffer,
+                                       const Receivers& receivers, const RenderRequest& request);
+
+// Adds a light, times visibility (red channel), which shadows both of
+// - diffuse: exact for rectangles and points (Lambert's polygon formula), to 8 samples for lines;
+// - specular: GGX by linearly transformed cosines for rectangles and, as thin strips, for lines; the BRDF for points.
+absl::Status AddLight(const DrawContext& draw, const LtcTextures& ltc, const GBuffer& gbuffer,
+                      const Receivers& receivers, const AreaLight& light, const gl::Texture& visibility,
+                      const RenderRequest& request, gl::Texture& frame);
 
 }  // namespace halfshade

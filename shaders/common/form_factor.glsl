@@ -3,40 +3,67 @@
 
 const float kPi = 3.14159265358979;
 
-// Vector from an edge's contribution: angle between a and b times the unit normal of their plane, dotted with n.
-float EdgeIrradiance(vec3 a, vec3 b, vec3 n) {
-  vec3 across = cross(a, b);
-  float sine = length(across);
-  float cosine = dot(a, b);
-  float angle_over_sine = sine > 1e-6 * abs(cosine) ? atan(sine, cosine) / sine : 1.0 / max(cosine, 1e-30);
-  return dot(across, n) * angle_over_sine;
+// One edge's part of a polygon's cosine integral, by Lambert's formula: from a to a + edge, seen from the origin by a
+// surface of normal n. The edge is a difference of points of the light, exact for small lights, and vectors are not
+// normalised: so a sum over edges loses 1 / angle in precision, not 1 / angle^2.
+float EdgeIrradiance(vec3 a, vec3 edge, vec3 n) {
+  vec3 across = cross(a, edge);
+  float size = length(across);
+  float angle = atan(size, dot(a, a + edge));
+  return size > 0.0 ? dot(across, n) * (angle / size) : 0.0;
 }
 
-// Lambert's formula for the rectangle, clipped to the receiver's horizon. The clipped polygon of a convex one has at most
-// one closing edge along the horizon, from where the outline dives to where it rises again.
-float RectangleIrradiance(vec2 half_edges, vec3 position, vec3 n) {
-  vec3 corners[4] = vec3[4](vec3(-half_edges.x, -half_edges.y, 0.0) - position, vec3(half_edges.x, -half_edges.y, 0.0) - position,
-                            vec3(half_edges.x, half_edges.y, 0.0) - position, vec3(-half_edges.x, half_edges.y, 0.0) - position);
-  float sum = 0.0;
-  vec3 dive = vec3(0.0);
-  vec3 rise = vec3(0.0);
-  for (int i = 0; i < 4; ++i) {
-    vec3 a = corners[i];
-    vec3 b = corners[(i + 1) & 3];
-    float height_a = dot(a, n);
-    float height_b = dot(b, n);
-    if (height_a <= 0.0 && height_b <= 0.0) continue;
-    vec3 cut = mix(a, b, clamp(height_a / (height_a - height_b), 0.0, 1.0));
-    if (height_b < 0.0) {
+// Walking round a convex polygon of the light's plane (z = 0) and keeping what stands above a plane: it dives below at
+// most once, and rises at most once.
+struct Clip {
+  vec3 above;     // height of p over the plane: above . p + height
+  float height;
+  vec2 dive, rise;
+  bool is_cut;
+};
+
+Clip MakeClip(vec3 position, vec3 n) { return Clip(n, -dot(position, n), vec2(0.0), vec2(0.0), false); }
+
+// Shortens the edge from a to b to its part above the plane; false if there is none.
+bool ClipEdge(inout Clip clip, inout vec2 a, inout vec2 b) {
+  float height_a = dot(clip.above.xy, a) + clip.height;
+  float height_b = dot(clip.above.xy, b) + clip.height;
+  bool has_a = height_a > 0.0;
+  bool has_b = height_b > 0.0;
+  if (has_a != has_b) {
+    vec2 cut = mix(a, b, clamp(height_a / (height_a - height_b), 0.0, 1.0));
+    clip.is_cut = true;
+    if (has_a) {
       b = cut;
-      dive = cut;
-    } else if (height_a < 0.0) {
+      clip.dive = cut;
+    } else {
       a = cut;
-      rise = cut;
+      clip.rise = cut;
     }
-    sum += EdgeIrradiance(normalize(a), normalize(b), n);
   }
-  if (dive != vec3(0.0) && rise != vec3(0.0)) sum += EdgeIrradiance(normalize(dive), normalize(rise), n);
+  return has_a || has_b;
+}
+
+// Positions are scaled to about 1, so that no power of a length leaves the range of floats.
+float UnitScale(vec2 half_edges, vec3 position) { return 1.0 / (length(position) + half_edges.x + half_edges.y); }
+
+const vec2 kCornerSigns[5] = vec2[5](vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0), vec2(-1.0, -1.0));
+
+// Lambert's formula for the rectangle, clipped to the receiver's horizon.
+float RectangleIrradiance(vec2 half_edges, vec3 position, vec3 n) {
+  float scale = UnitScale(half_edges, position);
+  position *= scale;
+  half_edges *= scale;
+  Clip horizon = MakeClip(position, n);
+  float sum = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    vec2 a = kCornerSigns[i] * half_edges;
+    vec2 b = kCornerSigns[i + 1] * half_edges;
+    if (ClipEdge(horizon, a, b)) sum += EdgeIrradiance(vec3(a, 0.0) - position, vec3(b - a, 0.0), n);
+  }
+  if (horizon.is_cut) {
+    sum += EdgeIrradiance(vec3(horizon.dive, 0.0) - position, vec3(horizon.rise - horizon.dive, 0.0), n);
+  }
   return 0.5 * abs(sum);
 }
 

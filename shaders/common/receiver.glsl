@@ -10,6 +10,7 @@ struct Receiver {
   bool is_drawn;
   bool is_receiving;
   vec3 position;
+  vec3 to_eye;   // not unit
   vec3 normal;
   float offset;  // normal . x = offset on the tangent plane
   float error;   // metres by which position and plane may be off: 4 ulps of the distances they were made from
@@ -38,6 +39,7 @@ Receiver FetchReceiver(vec2 fragment) {
   float along = (plane.w - dot(plane.xyz, origin)) / dot(plane.xyz, ray);
   vec3 from_eye = are_points ? texelFetch(points, ivec2(fragment), 0).xyz : origin + ray * along;
   receiver.position = light_from_camera * from_eye + eye_in_light;
+  receiver.to_eye = -(light_from_camera * ray);
   receiver.normal = light_from_camera * plane.xyz;
   receiver.error = 4.0 * 1.1920929e-7 * (length(receiver.position) + length(eye_in_light));
   receiver.offset = plane.w + dot(receiver.normal, eye_in_light);

@@ -13,14 +13,36 @@ uniform float object_id;
 
 layout(location = 0) out vec4 receiver_plane;
 layout(location = 7) out float out_object_id;  // dropped where no output needs it
+
+#if defined(HAS_MATERIAL) || defined(HAS_MASK)
+in vec4 texcoords;
+in vec4 vertex_color;
+uniform vec4 base_color;
+uniform int second_texcoord;  // a bit per texture that reads TEXCOORD_1
+
+vec2 Texcoord(int bit) { return (second_texcoord & bit) != 0 ? texcoords.zw : texcoords.xy; }
+#endif
+#ifdef HAS_MASK
+#include "common/mask.glsl"
+#endif
 #ifdef HAS_MATERIAL
 in vec3 shading_normal;
-in vec2 texcoord;
-uniform vec4 base_color;
-uniform bool has_texture;
+uniform float metallic;
+uniform float roughness;
+uniform vec3 emissive;
+layout(location = 1) out vec4 out_normal;      // a: roughness
+layout(location = 2) out vec4 out_base_color;  // a: metallic
+layout(location = 3) out vec4 out_emission;    // a: occlusion of ambient light
+#endif
+#ifdef HAS_BASE_COLOR_TEXTURE
 uniform sampler2D base_color_texture;
-layout(location = 1) out vec4 out_normal;
-layout(location = 2) out vec4 out_base_color;
+#endif
+#ifdef HAS_MAPS
+#include "shade/normal_map.glsl"
+uniform sampler2D metallic_roughness_texture;
+uniform sampler2D occlusion_texture;
+uniform sampler2D emissive_texture;
+uniform float occlusion_strength;
 #endif
 
 void main() {
@@ -38,11 +60,29 @@ void main() {
 #ifdef HAS_MATERIAL
   // glTF: without a normal the geometric one shades; seen from behind, the normal turns round.
   float len = length(shading_normal);
-  vec3 smooth_normal = len > 0.0 ? shading_normal / len : normal;
-  if (len > 0.0 && !gl_FrontFacing) smooth_normal = -smooth_normal;
-  out_normal = vec4(smooth_normal, 1.0);
-  vec4 color = base_color;
-  if (has_texture) color *= texture(base_color_texture, texcoord);
-  out_base_color = vec4(color.rgb, 1.0);
+  vec3 smooth_normal = len > 0.0 ? shading_normal / len : gl_FrontFacing ? normal : -normal;
+  vec4 color = base_color * vertex_color;
+  vec3 emitted = emissive;
+  float metal = metallic;
+  float rough = roughness;
+  float occlusion = 1.0;
+#ifdef HAS_BASE_COLOR_TEXTURE
+  color *= texture(base_color_texture, Texcoord(1));
+#endif
+#ifdef HAS_MAPS
+  vec4 metal_and_rough = texture(metallic_roughness_texture, Texcoord(2));
+  metal *= metal_and_rough.b;
+  rough *= metal_and_rough.g;
+  smooth_normal = MapNormal(smooth_normal, Texcoord(4));
+  occlusion = mix(1.0, texture(occlusion_texture, Texcoord(8)).r, occlusion_strength);
+  emitted *= texture(emissive_texture, Texcoord(16)).rgb;
+#endif
+  out_normal = vec4(gl_FrontFacing ? smooth_normal : -smooth_normal, rough);
+  out_base_color = vec4(color.rgb, metal);
+  out_emission = vec4(emitted, occlusion);
+#endif
+#ifdef HAS_MASK
+  // Last: what follows a discard has no derivatives.
+  if (IsMaskedAway(Texcoord(1), base_color.a * vertex_color.a)) discard;
 #endif
 }

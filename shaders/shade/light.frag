@@ -1,25 +1,32 @@
-// Adds one light to the frame: visibility times unshadowed diffuse light.
+// Adds one light to the frame: visibility times unshadowed diffuse and specular light.
 #include "common/receiver.glsl"
-#include "common/form_factor.glsl"
+#include "common/material.glsl"
 
 layout(location = 0) out vec4 color;
 
-uniform sampler2D normals;
-uniform sampler2D base_colors;
 uniform sampler2D visibility;
 uniform vec2 half_edges;
-uniform int shape;          // 0 rectangle, 1 line, 2 point
-uniform vec3 emitted;       // radiance or intensity, exposed
+uniform vec3 emitted;  // radiance of a rectangle, intensity of a line or point; exposed
 
 void main() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
   Receiver receiver = FetchReceiver(gl_FragCoord.xy);
-  vec3 normal = light_from_camera * texelFetch(normals, pixel, 0).xyz;
-  float irradiance = 0.0;
-  if (shape == 0) irradiance = RectangleIrradiance(half_edges, receiver.position, normal);
-  if (shape == 1) irradiance = LineIrradiance(vec3(half_edges, 0.0), receiver.position, normal);
-  if (shape == 2) irradiance = PointIrradiance(vec3(0.0), receiver.position, normal);
-  float lit = texelFetch(visibility, pixel, 0).r * irradiance / kPi;
+  Surface surface = FetchSurface(ivec2(gl_FragCoord.xy));
+  vec3 normal = light_from_camera * surface.normal;
+  vec3 view = normalize(receiver.to_eye);
+  vec2 texcoord = LtcTexcoord(surface.roughness, dot(normal, view));
+  vec4 lobe = textureLod(ltc_lobes, texcoord, 0.0);
+  vec3 specular_albedo = SpecularAlbedo(textureLod(ltc_albedos, texcoord, 0.0).rg, surface.f0);
+#if defined(SHAPE_POINT)
+  float irradiance = PointIrradiance(vec3(0.0), receiver.position, normal);
+  vec3 specular = GgxPoint(receiver.position, normal, view, surface.roughness, surface.f0);
+#elif defined(SHAPE_LINE)
+  float irradiance = LineIrradiance(vec3(half_edges, 0.0), receiver.position, normal);
+  vec3 specular = specular_albedo * LtcLine(half_edges, receiver.position, normal, view, lobe);
+#else
+  float irradiance = RectangleIrradiance(half_edges, receiver.position, normal);
+  vec3 specular = specular_albedo * LtcRectangle(half_edges, receiver.position, normal, view, lobe);
+#endif
+  vec3 reflected = DiffuseAlbedo(surface, specular_albedo) * (irradiance / kPi) + specular;
   bool is_drawn = receiver.is_drawn && receiver.position.z > 0.0;
-  color = is_drawn ? vec4(texelFetch(base_colors, pixel, 0).rgb * emitted * lit, 0.0) : vec4(0.0);
+  color = is_drawn ? vec4(texelFetch(visibility, ivec2(gl_FragCoord.xy), 0).r * emitted * reflected, 0.0) : vec4(0.0);
 }

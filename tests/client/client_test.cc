@@ -211,6 +211,34 @@ TEST(ClientTest, ACutUploadGoesOnWhereItStopped) {
   EXPECT_EQ(server.offsets, (std::vector<uint64_t>{0, 1 << 20, 2 << 20}));
 }
 
+TEST(ClientTest, AnUploadThatGetsOnIsCutAsOftenAsItTakes) {
+  FakeServer server;
+  SceneFiles files = TwoFiles();
+  server.blobs[files.root.digest] = files.root.bytes;
+  files.files = {{"a.bin", std::string((11 << 20) + 5, 'a'), ""}};
+  files.files[0].digest = Sha256Hex(files.files[0].bytes);
+  server.cut_uploads = 11;
+  ASSERT_OK(ClientOf({server.address})->UploadScene(files));
+  EXPECT_EQ(server.offsets.size(), 12u) << "no chunk twice";
+  EXPECT_TRUE(server.blobs.contains(files.files[0].digest));
+}
+
+TEST(ClientTest, AnUploadGoesOnFromWhatAnotherClientLeft) {
+  FakeServer server;
+  const SceneFiles files = TwoFiles();
+  server.partial[files.files[0].digest] = std::string(2 << 20, 'a');
+  ASSERT_OK(ClientOf({server.address})->UploadScene(files));
+  EXPECT_EQ(server.offsets, (std::vector<uint64_t>{0, 2 << 20}));
+}
+
+TEST(ClientTest, ABeginningThatIsNotOursIsSentAgain) {
+  FakeServer server;
+  const SceneFiles files = TwoFiles();
+  server.partial[files.files[0].digest] = std::string(2 << 20, 'b');
+  ASSERT_OK(ClientOf({server.address})->UploadScene(files));
+  EXPECT_EQ(server.offsets, (std::vector<uint64_t>{0, 2 << 20, 0, 1 << 20, 2 << 20}));
+}
+
 TEST(ClientTest, ACutUploadStartsOverWhereTheServerCannotSay) {
   FakeServer server;
   SceneFiles files = TwoFiles();

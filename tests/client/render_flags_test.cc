@@ -183,6 +183,31 @@ TEST(RenderFlagsTest, OutputsThatCannotBeWrittenAreUsageErrors) {
   ExpectUsageError(flags, "twice");
 }
 
+TEST(RenderFlagsTest, OutputsOfOneExrBecomeItsLayers) {
+  const TemporaryFolder folder;
+  RenderFlags flags = Flags();
+  flags.request_file = folder.Write("r.json", R"({"outputs": [{"kind": "OUTPUT_KIND_VISIBILITY", "layer": "key"},
+                                                              {"kind": "OUTPUT_KIND_DEPTH", "layer": "far"}]})");
+  flags.outputs = {"a.exr", "b.png", "VISIBILITY=./a.exr", "DEPTH=c.exr"};
+  const auto job = PrepareRender(flags);
+  ASSERT_OK(job);
+  EXPECT_EQ(job->files, (std::vector<std::string>{"a.exr", "b.png", "", "c.exr"}));
+  EXPECT_EQ(job->request.outputs(0).layer(), "frame");
+  EXPECT_EQ(job->request.outputs(0).encoding(), v1::ENCODING_EXR_HALF);
+  EXPECT_EQ(job->request.outputs(1).layer(), "");
+  EXPECT_EQ(job->request.outputs(2).layer(), "key") << "the request file's name for it";
+  EXPECT_EQ(job->request.outputs(2).encoding(), v1::ENCODING_EXR_FLOAT);
+  EXPECT_EQ(job->request.outputs(3).layer(), "") << "a file of its own";
+}
+
+TEST(RenderFlagsTest, OnlyOneExrHasLayersAndAKindStandsInItOnce) {
+  RenderFlags flags = Flags();
+  flags.outputs = {"a.exr", "VISIBILITY=a.exr", "DEPTH=b.exr", "NORMAL=b.exr"};
+  ExpectUsageError(flags, "several outputs; one may");
+  flags.outputs = {"DEPTH=a.exr", "DEPTH=./a.exr"};
+  ExpectUsageError(flags, "twice");
+}
+
 TEST(RenderFlagsTest, NumbersGoWhereTheyBelong) {
   RenderFlags flags = Flags();
   flags.max_error = 0.01;

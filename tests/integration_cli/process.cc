@@ -59,13 +59,15 @@ Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& f
   return ran;
 }
 
-ServerProcess::ServerProcess() {
+ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
   int out[2];
   if (pipe2(out, O_CLOEXEC) != 0) return;
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
-  pid_ = Spawn(HALFSHADED_BINARY, {"--listen", "127.0.0.1:0", "--http", "off"}, &actions);
+  std::vector<std::string> all = {"--listen", "127.0.0.1:0", "--http", "off"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  pid_ = Spawn(HALFSHADED_BINARY, all, &actions);
   close(out[1]);
   // "serving grpc=127.0.0.1:41234 http=off"
   std::string line;
@@ -92,6 +94,13 @@ int ServerProcess::Stop() {
   const int exit_code = Wait(pid_);
   pid_ = -1;
   return exit_code;
+}
+
+void ServerProcess::Kill() {
+  if (pid_ < 0) return;
+  kill(pid_, SIGKILL);
+  Wait(pid_);
+  pid_ = -1;
 }
 
 }  // namespace halfshade

@@ -17,10 +17,10 @@ struct Ran {
 // `halfshade` with these arguments, in `folder`, without HALFSHADE_SERVER. stdin is /dev/null, nothing is a terminal.
 Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& folder);
 
-// A `halfshaded` on a port of its own. Ends with SIGTERM.
+// A `halfshaded` on a port of its own, with these arguments beside. Ends with SIGTERM.
 class ServerProcess {
  public:
-  ServerProcess();
+  explicit ServerProcess(const std::vector<std::string>& arguments = {});
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
@@ -29,6 +29,8 @@ class ServerProcess {
   bool IsAlive() const;
   // Sends SIGTERM and waits; the exit code.
   int Stop();
+  // SIGKILL: no handler, no destructor, no flush.
+  void Kill();
 
  private:
   pid_t pid_ = -1;

@@ -182,6 +182,22 @@ TEST_F(RenderCommandTest, ACatcherIsTransparentButForTheShadow) {
   for (const float channel : corner) EXPECT_EQ(channel, 0);
 }
 
+TEST_F(RenderCommandTest, OneExrHasFrameAndVisibilityAsLayersEqualToFilesOfTheirOwn) {
+  const std::vector<std::string> render = std::vector<std::string>{"render", "scene.glb"} + kPicture;
+  const auto layers = Digests(render + std::vector<std::string>{"-o", "all.exr", "-o", "VISIBILITY=all.exr"});
+  const auto files = Digests(render + std::vector<std::string>{"-o", "frame.exr", "-o", "VISIBILITY=visibility.exr"});
+  ASSERT_EQ(layers.size(), 2u);
+  EXPECT_EQ(layers, files);
+  const std::string bytes = ReadAll(folder_ / "all.exr");
+  for (const char* channel : {"frame.R", "frame.A", "visibility.0"}) EXPECT_THAT(bytes, HasSubstr(channel));
+}
+
+TEST_F(RenderCommandTest, MoreThanFourMebibytesComeThrough) {
+  const Ran ran = Run({"render", "scene.glb", "-o", "out.f32", "--size", "640x480", "--method", "hard"});
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ReadAll(folder_ / "out.f32").size(), 640u * 480 * 16);
+}
+
 TEST_F(RenderCommandTest, ASceneAloneShowsAPicture) {
   const Ran ran = Run({"render", "scene.glb", "-o", "out.png", "--size", "64x64"});
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
@@ -249,7 +265,7 @@ TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
       {{"truncated.glb"}, 65, ""},
       {{"outside.gltf"}, 65, "/buffers/0/uri"},
       {{"scenes/" + std::string(64, '0')}, 66, ""},
-      {{"scene.glb", "-o", "DEPTH=d.exr"}, 69, ""},
+      {{"scene.glb", "-o", "SOFT_SHADOW_MAP=d.exr"}, 69, "outputs[0].kind"},
   };
   for (const Case& c : cases) {
     const Ran ran = Run(render + c.arguments + std::vector<std::string>{"-o", "bad.png"});

@@ -225,24 +225,35 @@ TEST(SceneCacheTest, IdenticalLoadsAreDoneOnce) {
   EXPECT_EQ(loads, 1);
 }
 
-TEST(SceneCacheTest, TheLeastRecentlyUsedGoesFirstAndLivesOnUnderItsUser) {
-  const uint64_t one = SceneOf(1000).SizeBytes();
-  SceneCache cache(2 * one + one / 2);
-  const auto get = [&](const std::string& name, bool* was_here = nullptr) {
-    return *cache.Get(
-        name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }, was_here);
-  };
-  get("a");
-  const auto b = get("b");
-  get("a");
-  get("c");
-  EXPECT_LE(cache.counters().bytes, 2 * one + one / 2);
-  bool was_here = true;
-  get("a", &was_here);
-  EXPECT_TRUE(was_here);
-  get("b", &was_here);
-  EXPECT_FALSE(was_here) << "b was the least recently used";
-  EXPECT_EQ(b->positions.size(), 1000u) << "in use: not evicted under its user";
+// Gets a scene of 1000 vertices and says whether it had to be loaded.
+class CacheOf {
+ public:
+  explicit CacheOf(uint64_t max_bytes) : cache(max_bytes) {}
+  absl::StatusOr<SceneCache::ScenePtr> Get(const std::string& name, size_t vertices = 1000) {
+    was_loaded = false;
+    return cache.Get(name, [&]() -> absl::StatusOr<FlatScene> {
+      was_loaded = true;
+      return SceneOf(vertices);
+    });
+  }
+  SceneCache cache;
+  bool was_loaded = false;
+};
+const uint64_t kOne = SceneOf(1000).SizeBytes();
+
+TEST(SceneCacheTest, TheLeastRecentlyUsedGoesFirst) {
+  CacheOf cache(2 * kOne);
+  ASSERT_OK(cache.Get("a"));
+  ASSERT_OK(cache.Get("b"));
+  ASSERT_OK(cache.Get("a"));
+  ASSERT_OK(cache.Get("c"));
+  EXPECT_EQ(cache.cache.counters().bytes, 2 * kOne);
+  ASSERT_OK(cache.Get("a"));
+  EXPECT_FALSE(cache.was_loaded);
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_TRUE(cache.was_loaded) << "b was the least recently used";
+  EXPECT_EQ(cache.cache.counters().hits, 2u);
+  EXPECT_EQ(cache.cache.counters().misses, 4u);
 }
 
 TEST(SceneCacheTest, SaysWhichSceneLeaves) {
@@ -258,13 +269,85 @@ TEST(SceneCacheTest, SaysWhichSceneLeaves) {
   EXPECT_EQ(dropped, std::vector<std::string>({"a", "c"}));
 }
 
-TEST(SceneCacheTest, ASceneThatCannotFitIsRefusedWithTheNumbers) {
-  SceneCache cache(100);
-  EXPECT_THAT(cache.Get("a", [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); }),
-              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("the scene cache holds 100")));
-  EXPECT_THAT(cache.Get("a", [] { return absl::StatusOr<FlatScene>(absl::InvalidArgumentError("bad")); }),
-              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("bad")))
-      << "errors are not kept";
+TEST(SceneCacheTest, ASceneInUseIsNeitherEvictedNorLeftOutOfTheCount) {
+  CacheOf cache(2 * kOne);
+  const auto a = *cache.Get("a");
+  ASSERT_OK(cache.Get("b"));
+  ASSERT_OK(cache.Get("c"));
+  ASSERT_OK(cache.Get("a"));
+  EXPECT_FALSE(cache.was_loaded) << "the oldest, but in use";
+  cache.cache.Forget("a");
+  EXPECT_EQ(cache.cache.counters().bytes, 2 * kOne) << "its user still has it";
+  EXPECT_EQ(a->positions.size(), 1000u);
+}
+
+TEST(SceneCacheTest, WhereScenesInUseLeaveNoRoomTheNextIsRefusedForNowAndNotLoadedAgain) {
+  CacheOf cache(2 * kOne);
+  auto a = *cache.Get("a");
+  const auto b = *cache.Get("b");
+  for (const bool is_known : {false, true}) {
+    const absl::Status status = cache.Get("c").status();
+    EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted,
+                                 HasSubstr(std::to_string(2 * kOne) + " of the " + std::to_string(2 * kOne) +
+                                           " of the scene cache are in use")));
+    EXPECT_NE(PushbackMs(status), "");
+    EXPECT_EQ(cache.was_loaded, !is_known);
+    EXPECT_EQ(cache.cache.counters().bytes, 2 * kOne);
+  }
+  a.reset();
+  EXPECT_OK(cache.Get("c"));
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_FALSE(cache.was_loaded) << "in use: a went instead";
+}
+
+TEST(SceneCacheTest, ARefusalEvictsNothing) {
+  CacheOf cache(3 * kOne);
+  const auto a = *cache.Get("a");
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_THAT(cache.Get("large", 2500), StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("in use")));
+  ASSERT_OK(cache.Get("b"));
+  EXPECT_FALSE(cache.was_loaded);
+}
+
+TEST(SceneCacheTest, ASceneLargerThanTheCacheIsRefusedForGoodWithTheNumbers) {
+  CacheOf cache(kOne);
+  EXPECT_OK(cache.Get("a"));
+  const absl::Status status = cache.Get("b", 1001).status();
+  EXPECT_THAT(status, StatusIs(absl::StatusCode::kInvalidArgument,
+                               HasSubstr("the scene takes " + std::to_string(SceneOf(1001).SizeBytes()) +
+                                         " bytes; the scene cache of this server holds " + std::to_string(kOne))));
+  EXPECT_EQ(PushbackMs(status), "");
+}
+
+TEST(SceneCacheTest, AFailedLoadIsNotKept) {
+  CacheOf cache(kOne);
+  EXPECT_THAT(cache.cache.Get("a", [] { return absl::StatusOr<FlatScene>(absl::InvalidArgumentError("bad")); }),
+              StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("bad")));
+  EXPECT_EQ(cache.cache.counters().bytes, 0u);
+  EXPECT_OK(cache.Get("a"));
+}
+
+TEST(SceneCacheTest, WhateverTheThreadsDoTheBoundHoldsAndNothingStaysCounted) {
+  SceneCache cache(4 * kOne);
+  std::vector<std::thread> threads;
+  std::atomic<int> served{0}, over{0};
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&, t] {
+      for (int i = 0; i < 500; ++i) {
+        const std::string name(1, char('a' + (i * 7 + t * 3) % 12));
+        const auto scene = cache.Get(name, [] { return absl::StatusOr<FlatScene>(SceneOf(1000)); });
+        EXPECT_TRUE(scene.ok() || absl::IsResourceExhausted(scene.status())) << scene.status();
+        served += scene.ok();
+        over += cache.counters().bytes > 4 * kOne;
+        if (i % 50 == 0) cache.Forget(name);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_GT(served, 1000);
+  EXPECT_EQ(over, 0);
+  for (char name = 'a'; name < 'a' + 12; ++name) cache.Forget(std::string(1, name));
+  EXPECT_EQ(cache.counters().bytes, 0u);
 }
 
 }  // namespace

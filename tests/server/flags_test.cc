@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 namespace halfshade {
 namespace {
 
@@ -38,6 +40,30 @@ TEST(FlagsTest, FlagsOfLaterVersionsSaySo) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(Parse("--tls-cert", "a.pem", &options), 64);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "--tls-cert: not available in this version\n");
+}
+
+TEST(FlagsTest, BoundsOfTheStoreAndTheSceneCacheHoldOnBothSides) {
+  struct Case {
+    const char* flag;
+    std::string smallest, largest, below, above;
+  };
+  const Case cases[] = {{"--scene-store-mb", "1", "1073741824", "0", "1073741825"},
+                        {"--scene-cache-mb", "1", "1073741824", "0", "1073741825"},
+                        {"--max-unfinished-uploads", "1", "1048576", "0", "1048577"}};
+  for (const Case& c : cases) {
+    for (const std::string& value : {c.smallest, c.largest}) {
+      ServerOptions options;
+      EXPECT_EQ(Parse(c.flag, value.c_str(), &options), -1) << c.flag << " " << value;
+      const bool is_set = std::to_string(options.scene_store_mb) == value ||
+                          std::to_string(options.scene_cache_mb) == value ||
+                          std::to_string(options.limits.unfinished_uploads) == value;
+      EXPECT_TRUE(is_set) << c.flag << " " << value;
+    }
+    for (const std::string& value : {c.below, c.above, std::string("x")}) {
+      ServerOptions options;
+      EXPECT_EQ(Parse(c.flag, value.c_str(), &options), 64) << c.flag << " " << value;
+    }
+  }
 }
 
 }  // namespace

@@ -26,9 +26,22 @@ TEST(SceneNameTest, ManifestsReadBack) {
   const std::map<std::string, std::string> files = {{"dir/a b.bin", b}, {"x", a}};
   std::string root;
   std::map<std::string, std::string> read;
-  ParseSceneManifest(SceneManifest(a, files), &root, &read);
+  EXPECT_TRUE(ParseSceneManifest(SceneManifest(a, files), &root, &read));
   EXPECT_EQ(root, a);
   EXPECT_EQ(read, files);
+}
+
+TEST(SceneNameTest, WhatIsNoManifestIsRefused) {
+  const std::string a(64, 'a');
+  std::string root;
+  std::map<std::string, std::string> files;
+  EXPECT_TRUE(ParseSceneManifest(a + "\n", &root, &files));
+  EXPECT_TRUE(ParseSceneManifest(a + "\n" + a + " x\n", &root, &files));
+  for (const std::string& text :
+       {std::string(), a, std::string(64, 'A') + "\n", a + "\n" + a + " x", a + "\n" + a + "\n", a + "\n\n",
+        a + "\n" + a + "\tx\n", a + "\n" + a + " y\n" + a + " x\n", a + "\n" + std::string(64, 'g') + " x\n"}) {
+    EXPECT_FALSE(ParseSceneManifest(text, &root, &files)) << text;
+  }
 }
 
 TEST(IsSceneNameTest, WantsLowerCaseHex) {

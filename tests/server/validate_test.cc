@@ -231,7 +231,14 @@ std::vector<Row> Rows() {
          r.mutable_ground()->set_size_m(1);
          r.mutable_ground()->set_shadow_catcher(true);
        },
-       later, "outputs[0].encoding: PNG with the alpha of a shadow catcher"},
+       ok, ""},
+      {"ShadowCatcherAsJpeg",
+       [](Request& r) {
+         r.mutable_ground()->set_size_m(1);
+         r.mutable_ground()->set_shadow_catcher(true);
+         r.add_outputs()->set_encoding(v1::ENCODING_JPEG);
+       },
+       bad, "outputs[0].encoding: JPEG holds no alpha"},
       {"Fog", [](Request& r) { r.mutable_fog(); }, later, "fog: "},
       {"AnimationPose", [](Request& r) { r.mutable_animation(); }, later, "animation: "},
       {"BudgetAsked", [](Request& r) { r.mutable_budget(); }, later, "budget: "},

@@ -49,6 +49,7 @@ FlatScene MakeFlatScene(const std::vector<GlbMesh>& meshes) {
     scene.texcoords.resize(scene.positions.size(), glm::vec2(0));
     Material material;
     material.base_color = source.base_color;
+    material.metallic = 0;  // as WriteGlb says
     material.is_double_sided = source.is_double_sided;
     scene.materials.push_back(material);
     Node node;

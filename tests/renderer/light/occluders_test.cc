@@ -78,5 +78,40 @@ TEST(LightSpaceOccludersTest, FarFromTheOriginNothingIsLost) {
   }
 }
 
+// Masked meshes come last, by material, with their texture coordinates and alpha; those that are all hole not at all.
+TEST(LightSpaceOccludersTest, MaskedTrianglesStandLastAndGroupedByMaterial) {
+  FlatScene scene = MakeFlatScene({Square(0.1f), Square(0.2f), Square(0.3f), Square(0.4f), Square(0.5f)});
+  scene.texcoords.assign(scene.positions.size(), {0.25f, 0.75f});
+  scene.textures.resize(1);
+  for (const int i : {0, 2, 3, 4}) {
+    scene.materials[size_t(i)].alpha_mode = AlphaMode::kMask;
+    scene.materials[size_t(i)].base_color_texture.texture = 0;
+  }
+  scene.materials[0].base_color.a = 0.875f;
+  scene.materials[2].base_color.a = 0.125f;  // below the cutoff
+  scene.meshes[4].material = 0;
+  const LightSpaceOccluders occluders = BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), LightAt(2));
+  ASSERT_EQ(occluders.indices.size(), 4 * 6u);
+  EXPECT_EQ(occluders.positions.size(), 4 * 4u);
+  EXPECT_EQ(occluders.first_masked_vertex, 4u);
+  ASSERT_EQ(occluders.masked.size(), 2u);
+  EXPECT_EQ(occluders.masked[0].material, 0u);
+  EXPECT_EQ(occluders.masked[0].first_index, 6u);
+  EXPECT_EQ(occluders.masked[0].index_count, 12u);
+  EXPECT_EQ(occluders.masked[1].material, 3u);
+  EXPECT_EQ(occluders.masked[1].first_index, 18u);
+  EXPECT_EQ(occluders.masked[1].index_count, 6u);
+  ASSERT_EQ(occluders.mask_vertices.size(), 12u);
+  EXPECT_EQ(occluders.mask_vertices[0], MaskVertex(0.25f, 0.75f, 0.875f));
+  EXPECT_EQ(occluders.mask_vertices[11], MaskVertex(0.25f, 0.75f, 1));
+  for (size_t i = 6; i < 24; ++i) EXPECT_GE(occluders.indices[i], occluders.first_masked_vertex);
+}
+
+TEST(LightSpaceOccludersTest, OpaqueScenesPayNothingForMasks) {
+  const LightSpaceOccluders occluders = Build({Square(0.1f)}, LightAt(2));
+  EXPECT_TRUE(occluders.masked.empty());
+  EXPECT_TRUE(occluders.mask_vertices.empty());
+}
+
 }  // namespace
 }  // namespace halfshade

@@ -20,6 +20,8 @@ namespace {
 
 constexpr double kLightHeight = 2;
 
+absl::StatusOr<Rgba8Image> NoImages(const EncodedImage&) { return absl::UnimplementedError("no masks here"); }
+
 // A square light above the origin that shines down: light frame (x, z, kLightHeight - y).
 AreaLight Light(double size) {
   AreaLight light;
@@ -42,7 +44,7 @@ CpuReceivers GroundGrid(int side, double edge_m, bool have_normals = true) {
 }
 
 std::unique_ptr<RayScene> MakeRayScene(const FlatScene& scene) {
-  return *RayScene::Create(scene, *BuildPose(scene, scene.default_scene));
+  return *RayScene::Create(scene, *BuildPose(scene, scene.default_scene), NoImages);
 }
 
 TracedLight Trace(const RayScene& scene, const AreaLight& light, const CpuReceivers& receivers,
@@ -278,7 +280,7 @@ TEST(TraceLightTest, NothingHidesWhereNothingCasts) {
   const FlatScene empty = MakeFlatScene({MakePlate({0, 1, 0}, 0.8, 0.8)});
   Pose pose = *BuildPose(empty, 0);
   pose.instances[0].casts = false;
-  const auto scene = RayScene::Create(empty, pose);
+  const auto scene = RayScene::Create(empty, pose, NoImages);
   ASSERT_OK(scene);
   const TracedLight traced = Trace(**scene, Light(1), GroundGrid(8, 1), {.rays = 16});
   EXPECT_EQ(*std::max_element(traced.hidden.begin(), traced.hidden.end()), 0);

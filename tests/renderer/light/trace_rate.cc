@@ -146,7 +146,8 @@ int Main(int argc, char** argv) {
   RenderRequest request = RequestFor(made);
   request.width = argc > 5 ? std::atoi(argv[4]) : 320;
   request.height = argc > 5 ? std::atoi(argv[5]) : 180;
-  const auto ray_scene = RayScene::Create(scene, *BuildPose(scene, 0));
+  const auto ray_scene = RayScene::Create(
+      scene, *BuildPose(scene, 0), [](const EncodedImage&) { return absl::UnimplementedError("no masks here"); });
   const RTCScene bare_scene = MakeBareScene((*ray_scene)->triangles());
   const CpuReceivers receivers = VisiblePoints(**ray_scene, bare_scene, request);
   std::printf("%s: %zu triangles, %zu receivers, %d rays, scene and hierarchy %.1f MB\n", argv[1],

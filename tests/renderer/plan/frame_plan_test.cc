@@ -116,6 +116,20 @@ TEST(PlanFrameTest, WhatOnlySamplesBesideTheCentresSeeIsDrawn) {
   EXPECT_TRUE(Plan(scene, request).draws_gbuffer);
 }
 
+TEST(PlanFrameTest, VisibilityNeedsTexturesWhereAMaskDecides) {
+  FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  scene.textures.resize(1);
+  scene.materials[0].base_color_texture.texture = 0;
+  RenderRequest request = Request();
+  request.outputs = {OutputKind::kVisibility};
+  EXPECT_FALSE(Plan(scene, request).needs_textures);
+  scene.materials[0].alpha_mode = AlphaMode::kMask;
+  EXPECT_TRUE(Plan(scene, request).needs_textures);
+  EXPECT_FALSE(Plan(scene, request).needs_shading);
+  scene.scenes[0].roots.clear();
+  EXPECT_FALSE(Plan(scene, request).needs_textures) << "another glTF scene's mask";
+}
+
 TEST(PlanFrameTest, ALightWithoutPowerIsSkippedUnlessItsVisibilityIsAsked) {
   const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
   RenderRequest request = Request();

@@ -30,6 +30,12 @@ TEST(FlatSceneTest, SizeBytesGrowsWithEveryArray) {
   EXPECT_EQ(grew_by(), 120u);
   scene.texcoords.resize(10);
   EXPECT_EQ(grew_by(), 80u);
+  scene.texcoords1.resize(10);
+  EXPECT_EQ(grew_by(), 80u);
+  scene.tangents.resize(10);
+  EXPECT_EQ(grew_by(), 160u);
+  scene.colors.resize(10);
+  EXPECT_EQ(grew_by(), 160u);
   scene.indices.resize(10);
   EXPECT_EQ(grew_by(), 40u);
   scene.meshes.resize(1);
@@ -54,6 +60,30 @@ TEST(FlatSceneTest, SizeBytesGrowsWithEveryArray) {
   EXPECT_GE(grew_by(), sizeof(SceneCamera) + 1000);
   scene.warnings.push_back(std::string(1000, 'x'));
   EXPECT_GE(grew_by(), 1000u);
+}
+
+TEST(CoverageTest, MaskIsDecidedWithoutTexelsWhereTheFactorTells) {
+  FlatScene scene;
+  scene.materials.resize(1);
+  Material& material = scene.materials[0];
+  const Mesh mesh;
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kFull);
+  material.alpha_mode = AlphaMode::kBlend;
+  material.base_color_texture.texture = 0;
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kFull) << "drawn as OPAQUE";
+  material.alpha_mode = AlphaMode::kMask;
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested);
+  material.alpha_cutoff = 0;
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kFull);
+  material.alpha_cutoff = 2;
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kNothing);
+  material.alpha_cutoff = 0.5f;
+  material.base_color_texture.texture = -1;
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kFull);
+  scene.colors.resize(1);
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested);
+  material.base_color.a = 0.25f;
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kNothing);
 }
 
 }  // namespace

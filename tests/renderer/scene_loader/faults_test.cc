@@ -157,6 +157,33 @@ std::vector<Fault> Faults() {
          g.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 1}}}}}}};
        },
        "/materials/0/pbrMetallicRoughness/baseColorTexture/index: 1; the file has 0 textures"},
+      {"NoSuchNormalTexture",
+       [](auto& g) {
+         g.json["materials"] = {{{"normalTexture", {{"index", 0}}}}};
+       },
+       "/materials/0/normalTexture/index: 0; the file has 0 textures"},
+      {"OcclusionStrength",
+       [](auto& g) {
+         g.json["textures"] = {{{"name", "no source"}}};
+         g.json["materials"] = {{{"occlusionTexture", {{"index", 0}, {"strength", 1.5}}}}};
+       },
+       "/materials/0/occlusionTexture/strength: 1.5; must be 0.0 to 1.0"},
+      {"NormalScale",
+       [](auto& g) {
+         g.json["textures"] = {{{"name", "no source"}}};
+         g.json["materials"] = {{{"normalTexture", {{"index", 0}, {"scale", 2e6}}}}};
+       },
+       "/materials/0/normalTexture/scale: 2000000.0; must be -1000000.0 to 1000000.0"},
+      {"ColourOfTwo",
+       [](auto& g) {
+         g.primitive()["attributes"]["COLOR_0"] = g.template Accessor<float>({0, 0, 1, 0, 0, 1}, "VEC2", 5126);
+       },
+       "/meshes/0/primitives/0/attributes/COLOR_0: /accessors/2 is VEC2; must be VEC3"},
+      {"TangentOfThree",
+       [](auto& g) {
+         g.primitive()["attributes"]["TANGENT"] = g.template Accessor<float>({1, 0, 0, 1, 0, 0, 1, 0, 0}, "VEC3", 5126);
+       },
+       "/meshes/0/primitives/0/attributes/TANGENT: /accessors/2 is VEC3; must be VEC4"},
       {"AlphaMode",
        [](auto& g) {
          g.json["materials"] = {{{"alphaMode", "GLASS"}}};

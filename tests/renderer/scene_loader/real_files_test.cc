@@ -77,6 +77,9 @@ bool Names(const std::string& text, const std::string& alternatives) {
 void ExpectValid(const FlatScene& scene, const std::string& file) {
   EXPECT_EQ(scene.normals.size(), scene.positions.size()) << file;
   EXPECT_EQ(scene.texcoords.size(), scene.positions.size()) << file;
+  for (const size_t size : {scene.texcoords1.size(), scene.tangents.size(), scene.colors.size()}) {
+    EXPECT_TRUE(size == 0 || size == scene.positions.size()) << file;
+  }
   for (const glm::vec3& p : scene.positions) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z)) << file;
   for (const Mesh& mesh : scene.meshes) {
     ASSERT_LE(size_t(mesh.first_vertex) + mesh.vertex_count, scene.positions.size()) << file;
@@ -88,7 +91,11 @@ void ExpectValid(const FlatScene& scene, const std::string& file) {
     }
   }
   for (const Material& material : scene.materials) {
-    ASSERT_LT(material.base_color_texture, int32_t(scene.textures.size())) << file;
+    for (const MaterialTexture* texture :
+         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
+          &material.occlusion_texture, &material.emissive_texture}) {
+      ASSERT_LT(texture->texture, int32_t(scene.textures.size())) << file;
+    }
   }
   for (const Texture& texture : scene.textures) ASSERT_LT(texture.image, scene.images.size()) << file;
   for (uint32_t i = 0; i < scene.scenes.size(); ++i) {
