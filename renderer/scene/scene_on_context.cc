@@ -95,7 +95,7 @@ absl::StatusOr<std::unique_ptr<SceneOnContext>> SceneOnContext::Create(const Dra
   result->vertex_array_.SetFloats(0, 3, result->positions_.id());
   context.gl().VertexArrayElementBuffer(result->vertex_array_.id(), result->indices_.id());
   result->size_bytes_ = scene.positions.size() * sizeof(glm::vec3) + scene.indices.size() * sizeof(uint32_t) +
-                            scene.indices.size() / 3 * sizeof(glm::vec4);
+                        scene.indices.size() / 3 * sizeof(glm::vec4);
   RETURN_IF_ERROR(context.Check("scene/upload"));
   return result;
 }

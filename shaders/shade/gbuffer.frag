@@ -61,7 +61,8 @@ void main() {
   // glTF: without a normal the geometric one shades; seen from behind, the normal turns round.
   float len = length(shading_normal);
   vec3 smooth_normal = len > 0.0 ? shading_normal / len : gl_FrontFacing ? normal : -normal;
-  vec4 color = base_color * vertex_color;
+  // White comes out of the interpolation an ulp below 1, which drivers that truncate halves would make 2^-11 of it.
+  vec4 color = base_color * vertex_color * (1.0 + 4.0 * 1.1920929e-7);
   vec3 emitted = emissive;
   float metal = metallic;
   float rough = roughness;

@@ -27,6 +27,9 @@ void main() {
   vec3 specular = specular_albedo * LtcRectangle(half_edges, receiver.position, normal, view, lobe);
 #endif
   vec3 reflected = DiffuseAlbedo(surface, specular_albedo) * (irradiance / kPi) + specular;
+  // Of the light above the horizon, the visible part: what is below is not in `reflected`. A share of -1: does not receive.
+  vec2 visible_and_share = texelFetch(visibility, ivec2(gl_FragCoord.xy), 0).rg;
+  float seen = visible_and_share.x / (visible_and_share.y > 0.0 ? visible_and_share.y : 1.0);
   bool is_drawn = receiver.is_drawn && receiver.position.z > 0.0;
-  color = is_drawn ? vec4(texelFetch(visibility, ivec2(gl_FragCoord.xy), 0).r * emitted * reflected, 0.0) : vec4(0.0);
+  color = is_drawn ? vec4(seen * emitted * reflected, 0.0) : vec4(0.0);
 }

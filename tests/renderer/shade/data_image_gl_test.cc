@@ -267,13 +267,13 @@ TEST(DataImageTest, WhatNoOutputNeedsIsNotDrawnAndTheReportSaysSo) {
     return names;
   };
   const std::string shade = "shade: no FRAME is asked";
-  const std::string materials = "materials: no FRAME, NORMAL or ALBEDO is asked";
+  const std::string textures = "textures: no FRAME, NORMAL or ALBEDO is asked, and nothing is masked";
   const std::string ids = "object_ids: no OBJECT_ID and no shadow catcher is asked";
   const std::string light = "light[0]/multi_map: lights[0]: no output shows light";
   request.method = MultiMapOptions{4, 64};
-  EXPECT_EQ(skips(OutputKind::kDepth), (std::set<std::string>{shade, materials, ids, light}));
+  EXPECT_EQ(skips(OutputKind::kDepth), (std::set<std::string>{shade, textures, ids, light}));
   EXPECT_EQ(skips(OutputKind::kNormal), (std::set<std::string>{shade, ids, light}));
-  EXPECT_EQ(skips(OutputKind::kObjectId), (std::set<std::string>{shade, materials, light}));
+  EXPECT_EQ(skips(OutputKind::kObjectId), (std::set<std::string>{shade, textures, light}));
   const std::string nothing_between = "light[0]/multi_map: lights[0]: no occluder between it and the receivers";
   std::set<std::string> frame = skips(OutputKind::kFrame);
   frame.erase(nothing_between);

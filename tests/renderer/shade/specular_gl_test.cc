@@ -7,6 +7,7 @@
 #include <random>
 
 #include "renderer/math/form_factor.h"
+#include "renderer/math/horizon.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/shade/ltc/ltc_table.h"
 #include "tests/renderer/shade/shade_fixture.h"
@@ -55,8 +56,9 @@ glm::dvec3 Ray(const RenderRequest& request, int x, int y) {
   return glm::normalize(camera.forward_ws + (ndc_x * camera.right_ws + ndc_y * camera.up_ws) * camera.tan_half_fovy);
 }
 
-// What the plate's pixel reflects, in double.
-double Expected(const RenderRequest& request, int x, int y, double roughness, double metallic) {
+// What the plate's pixel reflects, in double, of the light that is above its horizon; `visibility` counts what is below
+// too.
+double Expected(const RenderRequest& request, int x, int y, double roughness, double metallic, double visibility) {
   const AreaLight& light = request.lights[0];
   const LightFrame frame = MakeLightFrame(light);
   const glm::dvec3 ray = Ray(request, x, y);
@@ -69,12 +71,16 @@ double Expected(const RenderRequest& request, int x, int y, double roughness, do
   point.f0 = glm::mix(0.04, kBaseColor, metallic);
   if (point.position.z <= 0) return 0;
   const glm::dvec2 half_edges(light.width_m / 2, light.height_m / 2);
+  const double share = ShareAbovePlane(half_edges, point.normal, glm::dot(point.normal, point.position));
+  if (share == 0) return 0;
+  const double seen = visibility / share;
   const double albedo = SpecularAlbedo(InterpolateLtc(roughness, -ray.y), point.f0);
   const double diffuse = kBaseColor * (1 - metallic) * (1 - albedo) / M_PI;
   if (light.width_m == 0 && light.height_m == 0) {
-    return diffuse * PointIrradiance(point.position, point.normal) + SpecularOfPoint(point);
+    return seen * (diffuse * PointIrradiance(point.position, point.normal) + SpecularOfPoint(point));
   }
-  return diffuse * RectangleIrradiance(half_edges, point.position, point.normal) + SpecularByTable(half_edges, point);
+  return seen *
+         (diffuse * RectangleIrradiance(half_edges, point.position, point.normal) + SpecularByTable(half_edges, point));
 }
 
 class SpecularGlTest : public ShadeTest {
@@ -88,7 +94,7 @@ class SpecularGlTest : public ShadeTest {
     for (int y = 0; y < request.height; ++y) {
       for (int x = 0; x < request.width; ++x) {
         if (images[0].image.at(x, y, 3) == 0) continue;
-        const double expected = Expected(request, x, y, roughness, metallic) * images[1].image.at(x, y, 0);
+        const double expected = Expected(request, x, y, roughness, metallic, images[1].image.at(x, y, 0));
         const double value = images[0].image.at(x, y, 1);
         EXPECT_TRUE(std::isfinite(value) && value >= 0) << value;
         worst = std::max(worst, std::abs(value - expected));

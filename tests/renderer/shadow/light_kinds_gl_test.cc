@@ -187,7 +187,8 @@ TEST(TwoSidedTruthTest, BehindAPlateOnEitherSideVisibilityIsTheClosedForm) {
   }
 }
 
-// Unshadowed light on a white, diffuse floor and ceiling, as the shader adds it up.
+// Unshadowed light on a white, rough floor and ceiling. Of a dielectric of roughness 1 the specular is 4 % and nearly as wide
+// as the diffuse: the whole is Lambert's within 1 % (renderer/shade has the exact truth of each kind).
 TEST(ShadedLightTest, AFrameIsTheClosedFormForEveryKindAndBothSides) {
   FlatScene scene = MakeFlatScene({MakePlate({0, -1, 0}, 8, 8), MakePlate({0, 1, 0}, 8, 8)});
   for (Material& material : scene.materials) material.base_color = glm::vec4(1);
@@ -215,7 +216,7 @@ TEST(ShadedLightTest, AFrameIsTheClosedFormForEveryKindAndBothSides) {
                                                                : PointIrradiance(point, n);
           for (int c = 0; c < 3; ++c) {
             const double truth = is_floor || is_two_sided ? double(light.radiance[c]) * irradiance / M_PI : 0;
-            EXPECT_NEAR(result->images[0].image.at(pixel.x, pixel.y, c), truth, 1e-4 * truth + 1e-7)
+            EXPECT_NEAR(result->images[0].image.at(pixel.x, pixel.y, c), truth, 1e-2 * truth + 1e-7)
                 << edges.x << " x " << edges.y << (is_floor ? " floor" : " ceiling") << (is_two_sided ? " both" : "");
           }
         }
