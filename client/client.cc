@@ -243,28 +243,43 @@ absl::StatusOr<v1::Scene> Client::UploadScene(const SceneFiles& files) {
   return scene;
 }
 
+absl::Status Client::CallWithScene(const std::string& scene, const SceneFiles* files, const char* what,
+                                   const RenderAttempt& attempt) {
+  return OnServersOf(scene, [&](const std::string& server) {
+    const auto stub = v1::RenderService::NewStub(ChannelTo(server));
+    absl::Status status;
+    // The same for a scene that is evicted between the calls.
+    for (int round = 0; round < 2; ++round) {
+      v1::Scene uploaded;
+      if (files != nullptr) RETURN_IF_ERROR(UploadAndCreate(server, *files, &uploaded));
+      Report(what, -1);
+      status = Call(scene, [&](grpc::ClientContext* context) { return attempt(*stub, context); });
+      if (files == nullptr || !absl::IsNotFound(status)) break;
+    }
+    return status;
+  });
+}
+
 absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& request, const SceneFiles* files) {
   // Always the stream: whether a result fits Render depends on samples that the server alone chooses, and a small one
   // costs a message more.
   v1::RenderStreamRequest stream_request;
   *stream_request.mutable_request() = request;
   v1::RenderResponse response;
-  const auto render_on = [&](const std::string& server) {
-    const auto stub = v1::RenderService::NewStub(ChannelTo(server));
-    absl::Status status;
-    // The same for a scene that is evicted between the calls.
-    for (int round = 0; round < 2; ++round) {
-      v1::Scene scene;
-      if (files != nullptr) RETURN_IF_ERROR(UploadAndCreate(server, *files, &scene));
-      Report("render", -1);
-      status = Call(request.scene(), [&](grpc::ClientContext* context) {
-        return ReadStream(stub->RenderStream(context, stream_request).get(), &response);
-      });
-      if (files == nullptr || !absl::IsNotFound(status)) break;
-    }
-    return status;
-  };
-  RETURN_IF_ERROR(OnServersOf(request.scene(), render_on));
+  RETURN_IF_ERROR(
+      CallWithScene(request.scene(), files, "render", [&](v1::RenderService::Stub& stub, grpc::ClientContext* context) {
+        return ReadStream(stub.RenderStream(context, stream_request).get(), &response);
+      }));
+  return response;
+}
+
+absl::StatusOr<v1::QueryVisibilityResponse> Client::QueryVisibility(const v1::QueryVisibilityRequest& query,
+                                                                    const SceneFiles* files) {
+  v1::QueryVisibilityResponse response;
+  RETURN_IF_ERROR(CallWithScene(query.request().scene(), files, "query",
+                                [&](v1::RenderService::Stub& stub, grpc::ClientContext* context) {
+                                  return stub.QueryVisibility(context, query, &response);
+                                }));
   return response;
 }
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "client/scene_files.h"
-#include "halfshade/v1/render.pb.h"
+#include "halfshade/v1/render.grpc.pb.h"
 #include "halfshade/v1/scene.pb.h"
 #include "halfshade/v1/server.pb.h"
 #include "server/server.h"
@@ -52,6 +52,10 @@ class Client {
   // it is uploaded first. The server's errors.
   absl::StatusOr<v1::RenderResponse> Render(const v1::RenderRequest& request, const SceneFiles* files);
 
+  // Visibility from points, of query.request.scene; `files` as for Render.
+  absl::StatusOr<v1::QueryVisibilityResponse> QueryVisibility(const v1::QueryVisibilityRequest& query,
+                                                              const SceneFiles* files);
+
   absl::StatusOr<v1::Scene> GetScene(const std::string& name);
   absl::StatusOr<std::vector<v1::Scene>> ListScenes(const std::string& server);
   absl::StatusOr<v1::GetServerInfoResponse> GetServerInfo(const std::string& server);
@@ -72,6 +76,10 @@ class Client {
   // Runs `work` on the scene's servers in rendezvous order until one is not UNAVAILABLE.
   absl::Status OnServersOf(const std::string& scene,
                            const std::function<absl::Status(const std::string& server)>& work);
+  // Makes a call of RenderService on the scene's servers; `files`, where not null, go up first.
+  using RenderAttempt = std::function<grpc::Status(v1::RenderService::Stub& stub, grpc::ClientContext*)>;
+  absl::Status CallWithScene(const std::string& scene, const SceneFiles* files, const char* what,
+                             const RenderAttempt& attempt);
   absl::Status UploadBlobs(const std::string& server, const SceneFiles& files);
   absl::Status UploadBlob(const std::string& server, const std::string& scene, const SceneFile& file,
                           const std::function<void(size_t bytes)>& sent);

@@ -23,7 +23,7 @@ struct CommandLine {
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "query", "batch", "sample"};
+constexpr const char* kLater[] = {"plan", "batch", "sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -47,30 +47,36 @@ void AddGlobalFlags(CLI::App* app, CommandLine* line) {
   }
 }
 
+// What renders and queries share: the scene, its lights and the method.
+void AddSceneFlags(CLI::App* app, RenderFlags& flags) {
+  app->add_option("SCENE", flags.scene, "a .glb, .gltf or .obj file, or scenes/<hex>; '-' where a file names it");
+  app->add_option("--request", flags.request_file, "a RenderRequest in proto JSON; the other flags override it");
+  app->add_option("--view", flags.view_file, "camera, lights and ground of a view file");
+  app->add_option("--light", flags.lights,
+                  "'center=x,y,z edge_u=x,y,z edge_v=x,y,z direction=x,y,z radiance=r,g,b'; repeatable")
+      ->allow_extra_args(false);
+  app->add_option("--method", flags.method, "hard, multi_map, ray, ...");
+  app->add_option("--set", flags.options, "KEY=VALUE, an option of the method; repeatable")->allow_extra_args(false);
+  app->add_option("--seed", flags.seed, "of everything random");
+  app->add_option("--cache", flags.cache, "use or refresh");
+}
+
 void AddRender(CLI::App* app, CommandLine* line) {
   CLI::App* render = app->add_subcommand("render", "render a scene with soft shadows");
   RenderFlags& flags = line->render.flags;
-  auto repeatable = [&](const char* name, std::vector<std::string>* values, const char* help) {
-    render->add_option(name, *values, help)->allow_extra_args(false);
-  };
-  render->add_option("SCENE", flags.scene, "a .glb, .gltf or .obj file, or scenes/<hex>; '-' where a file names it");
-  repeatable("-o,--output", &flags.outputs,
-             "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers");
-  render->add_option("--request", flags.request_file, "a RenderRequest in proto JSON; the other flags override it");
-  render->add_option("--view", flags.view_file, "camera, lights and ground of a view file");
+  AddSceneFlags(render, flags);
+  render
+      ->add_option(
+          "-o,--output", flags.outputs,
+          "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers")
+      ->allow_extra_args(false);
   auto* camera = render->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");
   render->add_option("--camera-index", flags.camera_index, "a camera of the scene")->excludes(camera);
-  repeatable("--light", &flags.lights,
-             "'center=x,y,z edge_u=x,y,z edge_v=x,y,z direction=x,y,z radiance=r,g,b'; repeatable");
   render->add_option("--ground", flags.ground, "'height=0 size=10 catcher'");
   render->add_option("--size", flags.size, "WIDTHxHEIGHT in pixels");
-  render->add_option("--method", flags.method, "hard, multi_map, ...");
-  repeatable("--set", &flags.options, "KEY=VALUE, an option of the method; repeatable");
   render->add_option("--max-error", flags.max_error, "mean absolute error of visibility over shadowed pixels");
   render->add_option("--max-latency", flags.max_latency_ms, "milliseconds");
   render->add_option("--certify", flags.certify, "PIXELS,RAYS: measure the error");
-  render->add_option("--seed", flags.seed, "of everything random");
-  render->add_option("--cache", flags.cache, "use or refresh");
   render->add_flag("--print-request", line->render.prints_request, "print the request as JSON and render nothing");
   render->callback([line] { line->run = [line] { return RunRender(line->global, line->render); }; });
 }
@@ -84,6 +90,15 @@ void AddBench(CLI::App* app, CommandLine* line) {
   bench->add_option("-o,--output", line->bench.folder, "folder for index.html, bench.txt, bench.csv and bench.json")
       ->required();
   bench->callback([line] { line->run = [line] { return RunBench(line->global, line->bench); }; });
+}
+
+void AddQuery(CLI::App* app, CommandLine* line) {
+  CLI::App* query =
+      app->add_subcommand("query", "visibility of every light from points: a line a point, a value a light");
+  AddSceneFlags(query, line->render.flags);
+  query->add_option("POINTS.csv", line->file, "lines of x,y,z or x,y,z,nx,ny,nz: world metres, unit normals")
+      ->required();
+  query->callback([line] { line->run = [line] { return RunQuery(line->global, line->render.flags, line->file); }; });
 }
 
 void AddCompare(CLI::App* app, CommandLine* line) {
@@ -129,6 +144,7 @@ absl::Status Run(int argc, char** argv) {
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
   AddBench(&app, &line);
+  AddQuery(&app, &line);
   AddCompare(&app, &line);
   AddOthers(&app, &line);
   try {

@@ -3,16 +3,18 @@
 #include <glad/gl.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 
 #include "renderer/gl/draw_context.h"
 #include "renderer/gl/object_cache.h"
+#include "renderer/light/cpu_receivers.h"
 #include "renderer/light/light_data.h"
-#include "renderer/light/occluders_on_context.h"
 #include "renderer/math/camera.h"
+#include "renderer/passes.h"
 #include "renderer/plan/frame_plan.h"
+#include "renderer/prepare_light.h"
+#include "renderer/query.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/data_image.h"
@@ -29,25 +31,6 @@ namespace {
 
 // Visibility nearer to 0 or 1 than this is umbra or light.
 constexpr float kPenumbraMargin = 1.0f / 512;
-
-class Stopwatch {
- public:
-  double Milliseconds() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-using LightDataCache = gl::ObjectCache<LightData>;
-std::string LightName(const LightPlan& plan) {
-  return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
-}
-
-PassReport SkippedPass(const std::string& name, const std::string& reason) {
-  return {.name = name, .is_skipped = true, .reason = reason};
-}
 
 // What is known before drawing, but for the lights' skips.
 RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
@@ -70,17 +53,18 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
 class Frame {
  public:
   Frame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name, const FlatScene& scene,
-        const RenderRequest& request, LightDataCache* light_data)
+        const RenderRequest& request, const ImageDecoder& decoder, LightCaches* caches)
       : draw_(draw),
         ltc_(ltc),
+        decoder_(decoder),
         scene_name_(scene_name),
         scene_(scene),
         request_(request),
         camera_(request.camera),
         method_(FindMethod(request.method)),
-        light_data_(light_data) {}
+        caches_(caches) {}
 
-  absl::Status Draw(SceneOnContext& on_context, const ImageDecoder& decoder) {
+  absl::Status Draw(SceneOnContext& on_context) {
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
     report_ = DescribePlan(plan_, request_, method_);
@@ -90,7 +74,7 @@ class Frame {
     if (plan_.needs_textures) {
       const uint64_t before = on_context.decoded_images();
       RETURN_IF_ERROR(Timed("textures", &report_.upload_ms,
-                            [&] { return on_context.NeedTextures(draw_, scene_, decoder, plan_.needs_materials); }));
+                            [&] { return on_context.NeedTextures(draw_, scene_, decoder_, plan_.needs_materials); }));
       report_.passes.back().count = on_context.decoded_images() - before;
     }
     for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
@@ -126,6 +110,13 @@ class Frame {
       return absl::OkStatus();
     }));
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, {}).cpu_receivers) {
+      RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
+        ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
+        receivers_.on_cpu = &cpu_receivers_;
+        return absl::OkStatus();
+      }));
+    }
     if (view.shows_data) RETURN_IF_ERROR(ReadData());
     if (view.shows_frame) {
       RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
@@ -161,19 +152,6 @@ class Frame {
     return std::find(request_.outputs.begin(), request_.outputs.end(), kind) != request_.outputs.end();
   }
 
-  // Runs one pass, waits for it, and books its wall time.
-  template <typename Pass>
-  absl::Status Timed(const std::string& name, double* stage_ms, Pass pass) {
-    const Stopwatch stopwatch;
-    report_.passes.push_back({.name = name});
-    const size_t index = report_.passes.size() - 1;
-    RETURN_IF_ERROR(pass());
-    RETURN_IF_ERROR(draw_.pacer->Finish());
-    report_.passes[index].ms = stopwatch.Milliseconds();
-    *stage_ms += report_.passes[index].ms;
-    return absl::OkStatus();
-  }
-
   // One side of a light.
   absl::Status DrawLight(const LightPlan& plan, const std::string& view_name, const SceneOnContext& on_context) {
     const AreaLight& light = plan.light;
@@ -187,9 +165,11 @@ class Frame {
     }
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
-    LightDataCache::Pointer& data = held_light_data_[&plan];
+    gl::ObjectCache<LightData>::Pointer& data = held_light_data_[&plan];
     if (computes && data == nullptr) {
-      ASSIGN_OR_RETURN(data, NeedLightData(light, name + "light_data", on_context));
+      const LightSource source = {scene_name_, scene_,      pose_,    request_,
+                                  method_,     &on_context, decoder_, CountComputed(plan_.lights)};
+      ASSIGN_OR_RETURN(data, PrepareLight(draw_, source, light, name + "light_data", *caches_, report_));
     }
     gl::Texture visibility;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
@@ -217,45 +197,9 @@ class Frame {
     return absl::OkStatus();
   }
 
-  // From the cache, or built and kept there.
-  absl::StatusOr<LightDataCache::Pointer> NeedLightData(const AreaLight& light, const std::string& pass,
-                                                        const SceneOnContext& on_context) {
-    const std::string key =
-        LightDataKey(scene_name_, request_, light, method_.name, method_.method->LightDataOptions(request_.method));
-    LightDataCache::Pointer data;
-    if (request_.cache == CacheMode::kUse) data = light_data_->Find(key);
-    const bool is_hit = data != nullptr;
-    if (is_hit) {
-      report_.passes.push_back(SkippedPass(pass, "cached"));
-    } else {
-      RETURN_IF_ERROR(Timed(pass, &report_.light_ms, [&]() -> absl::Status {
-        LightInputs inputs;
-        ASSIGN_OR_RETURN(inputs.occluders, OccludersOnContext::Create(draw_, scene_, on_context,
-                                                                      BuildLightSpaceOccluders(scene_, pose_, light)));
-        inputs.light = light;
-        inputs.seed = request_.seed;
-        inputs.max_light_data_bytes = LightDataShare();
-        ASSIGN_OR_RETURN(data, method_.method->BuildLightData(draw_, inputs, request_.method));
-        report_.passes.back().count = data->MapsDrawn();
-        return absl::OkStatus();
-      }));
-      light_data_->Keep(key, data);
-    }
-    if (const uint64_t redrawn = data->MapsRedrawn(); redrawn > 0) {
-      std::string& reason = report_.passes.back().reason;
-      reason += (reason.empty() ? "" : "; ") + std::to_string(redrawn) +
-                " maps do not fit the light cache: drawn at every resolve";
-    }
-    report_.caches.push_back(
-        {.name = pass, .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
-    return data;
-  }
-
-  // Each light of this request may take as much of the cache, so that the next request finds them all.
-  uint64_t LightDataShare() const {
-    const auto computed = std::count_if(plan_.lights.begin(), plan_.lights.end(),
-                                        [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; });
-    return light_data_->max_bytes() / uint64_t(computed);
+  template <typename Pass>
+  absl::Status Timed(const std::string& name, double* stage_ms, Pass pass) {
+    return TimedPass(draw_, report_, name, stage_ms, pass);
   }
 
   absl::Status ReadBack(const gl::Texture& texture, OutputKind kind, int channels) {
@@ -286,9 +230,14 @@ class Frame {
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }
     if (occlusion != nullptr) {
-      Image sums(request_.width, request_.height, 1);
-      RETURN_IF_ERROR(occlusion->sums.ReadFloats(sums.data(), sums.size()));
-      const float largest = *std::max_element(sums.data(), sums.data() + sums.size());
+      std::vector<float> read_back;
+      const auto* sums = std::get_if<std::vector<float>>(&occlusion->sums);
+      if (sums == nullptr) {
+        read_back.resize(pixels);
+        RETURN_IF_ERROR(std::get<gl::Texture>(occlusion->sums).ReadFloats(read_back.data(), pixels));
+        sums = &read_back;
+      }
+      const float largest = *std::max_element(sums->begin(), sums->end());
       report_.max_sum = std::max(report_.max_sum, double(largest / occlusion->full_sum));
     }
     return absl::OkStatus();
@@ -304,21 +253,23 @@ class Frame {
 
   const DrawContext& draw_;
   const LtcTextures& ltc_;
+  const ImageDecoder& decoder_;
   const std::string& scene_name_;
   const FlatScene& scene_;
   RenderRequest request_;  // its camera: the view's
   const Camera camera_;
   const RegisteredMethod& method_;
-  LightDataCache* light_data_;
+  LightCaches* caches_;
   Pose pose_;
   FramePlan plan_;
   const ViewPlan* view_ = nullptr;  // that is drawn
   GBuffer gbuffer_;
   Receivers receivers_;
+  CpuReceivers cpu_receivers_;
   gl::Texture frame_;
   gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
   FrameSamples samples_;
-  std::map<const LightPlan*, LightDataCache::Pointer> held_light_data_;  // what later views need
+  std::map<const LightPlan*, gl::ObjectCache<LightData>::Pointer> held_light_data_;  // what later views need
   std::map<OutputKind, Image> images_;
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
   RenderReport report_;
@@ -332,35 +283,66 @@ class ContextRenderer : public Renderer {
         ltc_(std::move(ltc)),
         decoder_(std::move(decoder)),
         scenes_(memory.scene_bytes),
-        light_data_(memory.light_data_bytes) {}
+        lights_{gl::ObjectCache<LightData>(memory.light_data_bytes),
+                gl::ObjectCache<const RayScene>(memory.ray_scene_bytes)} {}
 
   void SetDecoder(ImageDecoder decoder) { decoder_ = std::move(decoder); }
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
     auto result = Draw(scene_name, scene, request, stop);
-    // Nothing is in use any more.
-    scenes_.Trim();
-    light_data_.Trim();
+    TrimCaches();
+    return result;
+  }
+
+  absl::StatusOr<QueryResult> QueryVisibility(const std::string& scene_name, const FlatScene& scene,
+                                              const RenderRequest& request, const QueryPoints& points,
+                                              const StopCheck& stop) override {
+    gl::Pacer pacer(*context_, stop);
+    const DrawContext draw = {context_, &programs_, &pacer};
+    gl::ObjectCache<SceneOnContext>::Pointer on_context;
+    if (FindMethod(request.method).method->Needs(request.method, {}).maps > 0) {
+      on_context = scenes_.Find(SceneKey(scene_name));
+      if (on_context == nullptr) {
+        ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
+      }
+    }
+    auto result = QueryLights(draw, scene_name, scene, request, points, on_context.get(), decoder_, lights_);
+    if (on_context != nullptr) scenes_.Keep(SceneKey(scene_name), std::move(on_context));  // it may have grown
+    TrimCaches();
     return result;
   }
 
   void ForgetScene(const std::string& scene_name) override {
     scenes_.Forget(SceneKey(scene_name));
-    light_data_.Forget(LightDataPrefix(scene_name));
+    lights_.light_data.Forget(LightDataPrefix(scene_name));
+    lights_.ray_scenes.Forget(LightDataPrefix(scene_name));
   }
 
   std::vector<CacheReport> Caches() const override {
-    return {{"scene_on_context", scenes_.hits(), scenes_.misses(), scenes_.bytes()},
-            {"light_data", light_data_.hits(), light_data_.misses(), light_data_.bytes()}};
+    return {CacheOf("scene_on_context", scenes_), CacheOf("light_data", lights_.light_data),
+            CacheOf("ray_scene", lights_.ray_scenes)};
   }
 
   void ForgetEverything() {
     scenes_.Clear();
-    light_data_.Clear();
+    lights_.light_data.Clear();
+    lights_.ray_scenes.Clear();
   }
 
  private:
+  // Nothing is in use any more.
+  void TrimCaches() {
+    scenes_.Trim();
+    lights_.light_data.Trim();
+    lights_.ray_scenes.Trim();
+  }
+
+  template <typename Cache>
+  static CacheReport CacheOf(const char* name, const Cache& cache) {
+    return {name, cache.hits(), cache.misses(), cache.bytes()};
+  }
+
   // The beginning of no other scene's.
   static std::string SceneKey(const std::string& scene_name) { return scene_name + "\n"; }
 
@@ -375,8 +357,8 @@ class ContextRenderer : public Renderer {
       ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    Frame frame(draw, ltc_, scene_name, scene, request, &light_data_);
-    const absl::Status status = frame.Draw(*on_context, decoder_);
+    Frame frame(draw, ltc_, scene_name, scene, request, decoder_, &lights_);
+    const absl::Status status = frame.Draw(*on_context);
     scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
     RETURN_IF_ERROR(status);
     RenderResult result = frame.TakeResult();
@@ -393,7 +375,7 @@ class ContextRenderer : public Renderer {
   LtcTextures ltc_;
   ImageDecoder decoder_;
   gl::ObjectCache<SceneOnContext> scenes_;
-  LightDataCache light_data_;
+  LightCaches lights_;
 };
 
 }  // namespace
@@ -408,6 +390,11 @@ absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequ
     report.passes.push_back(SkippedPass(LightName(light) + method.name, light.reason));
   }
   return report;
+}
+
+absl::StatusOr<QueryResult> Renderer::QueryVisibility(const std::string&, const FlatScene&, const RenderRequest&,
+                                                      const QueryPoints&, const StopCheck&) {
+  return absl::UnimplementedError("this renderer answers no queries");
 }
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,

@@ -40,12 +40,18 @@ struct RenderResult {
   RenderReport report;
 };
 
-// What may stay in a context's GL memory between calls. What a call itself needs comes on top: its scene and
-// one light's data where they are not kept (with several samples a pixel all lights', light_data_bytes together), and
-// the textures of its frame.
+struct QueryResult {
+  std::vector<float> visibility;  // [point][light], 1 = sees all of it
+  RenderReport report;
+};
+
+// What may stay with a context between calls, in GL's memory or, of ray scenes, in the process's. What a call itself
+// needs comes on top: its scene and one light's data where they are not kept (with several samples a pixel all lights',
+// light_data_bytes together), and the textures of its frame.
 struct ContextMemory {
   uint64_t scene_bytes = 1ull << 30;         // buffers and textures of scenes
   uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights
+  uint64_t ray_scene_bytes = 512ull << 20;   // triangles and hierarchies that rays are traced in
 };
 
 // The renderer of one GL context. Lives and is used on the context's thread, with the context current.
@@ -62,6 +68,12 @@ class Renderer {
   // the scene tells (scene_index); INTERNAL for a GL error or a NaN.
   virtual absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                               const RenderRequest& request, const StopCheck& stop) = 0;
+
+  // Visibility of the request's lights from points. Of the request scene, overrides, lights, method and seed count.
+  // Errors as Render.
+  virtual absl::StatusOr<QueryResult> QueryVisibility(const std::string& scene_name, const FlatScene& scene,
+                                                      const RenderRequest& request, const QueryPoints& points,
+                                                      const StopCheck& stop);
 
   // Frees all that stayed of a scene. OK if there is nothing.
   virtual void ForgetScene(const std::string& scene_name) = 0;

@@ -70,7 +70,12 @@ struct MultiMapOptions {
   int k = 64;           // maps, 1..4096
   int map_size = 1024;  // texels a side, 16..8192
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions>;
+struct RayOptions {
+  int rays = 256;  // at each receiver, 1..65536; the most, where adaptive
+  bool is_adaptive = false;
+  float stop_error = 0.005f;  // of adaptive rays, in (0, 1)
+};
+using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher
@@ -121,6 +126,12 @@ struct RenderRequest {
   Shading shading;
   uint32_t seed = 0;  // the points that sampled methods look from, the same for every light
   CacheMode cache = CacheMode::kUse;
+};
+
+// Points to look from.
+struct QueryPoints {
+  std::vector<glm::vec3> points_ws;
+  std::vector<glm::vec3> normals_ws;  // unit, one a point; or empty: no horizon
 };
 
 // Asked between GL submissions (each is predicted under 20 ms): a non-OK status stops the render, which returns it.

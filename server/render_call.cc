@@ -1,11 +1,11 @@
 #include "server/render_call.h"
 
 #include <spdlog/spdlog.h>
-#include <time.h>
 
 #include <algorithm>
 
 #include "renderer/status.h"
+#include "server/call_time.h"
 #include "server/encode.h"
 #include "server/gl_worker.h"
 #include "server/report_to_proto.h"
@@ -18,27 +18,8 @@ namespace {
 using SystemClock = std::chrono::system_clock;
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr auto kDefaultDeadline = std::chrono::seconds(30);
-constexpr auto kMaxDeadline = std::chrono::minutes(10);
-
 double MillisecondsSince(SteadyClock::time_point begin) {
   return std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
-}
-
-// CPU time of the whole process. With one render at a time that is the render's, GL driver threads included; renders on
-// other contexts at the same time are counted in.
-double ProcessCpuMs() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return double(time.tv_sec) * 1e3 + double(time.tv_nsec) * 1e-6;
-}
-
-// No deadline: the default; one that is too far: the most.
-SystemClock::time_point EffectiveDeadline(SystemClock::time_point asked) {
-  const auto now = SystemClock::now();
-  if (asked == SystemClock::time_point::max() || asked > now + std::chrono::hours(24 * 365))
-    return now + kDefaultDeadline;
-  return std::min(asked, now + kMaxDeadline);
 }
 
 }  // namespace

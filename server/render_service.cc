@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "server/query_service.h"
 #include "server/render_stream.h"
 
 namespace halfshade {
@@ -56,9 +57,9 @@ grpc::ServerUnaryReactor* RenderServiceImpl::PlanRender(grpc::CallbackServerCont
 }
 
 grpc::ServerUnaryReactor* RenderServiceImpl::QueryVisibility(grpc::CallbackServerContext* context,
-                                                             const v1::QueryVisibilityRequest*,
-                                                             v1::QueryVisibilityResponse*) {
-  return NotInThisVersion(context, "QueryVisibility");
+                                                             const v1::QueryVisibilityRequest* request,
+                                                             v1::QueryVisibilityResponse* response) {
+  return StartQuery(plant_, context, *request, response);
 }
 
 }  // namespace halfshade

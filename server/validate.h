@@ -31,6 +31,17 @@ absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& l
 absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
                                                const Limits& limits);
 
+struct ValidatedQuery {
+  RenderRequest request;  // camera, size and outputs mean nothing
+  QueryPoints points;
+};
+
+// The same for points. What a query does not look at (camera, size, samples, outputs, shading, ground) refuses nothing.
+// FAILED_PRECONDITION where the reply would pass limits.render_reply_bytes.
+absl::Status CheckQueryFields(const v1::QueryVisibilityRequest& query, const Limits& limits);
+absl::StatusOr<ValidatedQuery> ValidateQuery(const v1::QueryVisibilityRequest& query, const FlatScene& scene,
+                                             const Limits& limits);
+
 // Names a result: SHA-256 of the scene's name, every resolved value, the version and GL_RENDERER.
 std::string ContentKey(const std::string& scene_name, const ValidatedRender& render, const std::string& version,
                        const std::string& gl_renderer);

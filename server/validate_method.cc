@@ -7,6 +7,7 @@ namespace {
 constexpr int kMinMapSize = 16;
 constexpr int kMaxMapSize = 8192;
 constexpr int kMaxMaps = 4096;
+constexpr int kMaxRays = 65536;
 
 }  // namespace
 
@@ -32,6 +33,25 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
         RETURN_IF_ERROR(
             CheckRange("method.multi_map.map_size", method.multi_map().map_size(), kMinMapSize, kMaxMapSize));
         options.map_size = int(method.multi_map().map_size());
+      }
+      result->method = options;
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kRay: {
+      RayOptions options;
+      if (method.ray().has_rays()) {
+        RETURN_IF_ERROR(CheckRange("method.ray.rays", method.ray().rays(), 1, kMaxRays));
+        options.rays = int(method.ray().rays());
+      }
+      options.is_adaptive = method.ray().adaptive();
+      if (method.ray().has_stop_error()) {
+        const float stop_error = method.ray().stop_error();
+        RETURN_IF_ERROR(CheckFinite("method.ray.stop_error", stop_error));
+        if (!(stop_error > 0 && stop_error < 1)) {
+          return FieldError("method.ray.stop_error", NumberText(stop_error) + "; must be over 0 and below 1");
+        }
+        options.stop_error = stop_error;
       }
       result->method = options;
       result->method_reason = "asked for";

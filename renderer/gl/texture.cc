@@ -92,4 +92,16 @@ absl::Status Texture::ReadFloats(float* values, size_t count) const {
   return absl::OkStatus();
 }
 
+absl::Status Texture::WriteFloats(const float* values, size_t count) const {
+  const Format format = Describe(format_);
+  (void)count;
+  assert(format.transfer != 0 && count == size_t(width_) * height_ * format.channels);
+  gl().PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  gl().TextureSubImage2D(id(), 0, 0, 0, width_, height_, format.transfer, GL_FLOAT, values);
+  if (const GLenum error = gl().GetError(); error != GL_NO_ERROR) {
+    return absl::InternalError("filling a texture: GL error " + std::to_string(error));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace halfshade::gl

@@ -24,6 +24,9 @@ class Texture : public Handle<DeleteTexture> {
   // (asserted). Waits for the drawing.
   absl::Status ReadFloats(float* values, size_t count) const;
 
+  // Fills level 0 of such a colour texture, from the same form.
+  absl::Status WriteFloats(const float* values, size_t count) const;
+
   int width() const { return width_; }
   int height() const { return height_; }
   uint64_t SizeBytes() const { return size_bytes_; }

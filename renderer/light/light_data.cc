@@ -28,4 +28,15 @@ std::string LightDataKey(const std::string& scene_name, const RenderRequest& req
   return key;
 }
 
+std::string CastersKey(const std::string& scene_name, const RenderRequest& request) {
+  std::string key = LightDataPrefix(scene_name);
+  Append(&key, request.scene_index);
+  for (const NodeOverride& change : request.node_overrides) {
+    if (!change.local && change.casts) continue;
+    Append(&key, change.node, change.casts, change.local.has_value());
+    if (change.local) Append(&key, *change.local);
+  }
+  return key;
+}
+
 }  // namespace halfshade

@@ -144,6 +144,53 @@ std::array<glm::dvec3, 4> GroundQuad(const RenderRequest& request) {
           glm::dvec3(c.x + half, y, c.z - half), glm::dvec3(c.x - half, y, c.z - half)};
 }
 
+namespace {
+
+// What the outputs and the camera say of all lights.
+struct LightView {
+  bool needs_light = true;
+  bool wants_visibility = true;
+  bool sees_receiver = true;
+};
+
+std::vector<LightPlan> PlanSides(const RenderRequest& request, const std::vector<Box3d>& occluders,
+                                 const std::vector<Box3d>& receivers, const LightView& view) {
+  std::vector<LightPlan> lights;
+  for (uint32_t i = 0; i < request.lights.size(); ++i) {
+    const AreaLight& light = request.lights[i];
+    for (const bool is_back : {false, true}) {
+      if (is_back && !light.is_two_sided) continue;
+      LightPlan side;
+      side.index = i;
+      side.is_back = is_back;
+      side.light = is_back ? OtherSide(light) : light;
+      side.light.is_two_sided = false;
+      const std::string name = "lights[" + std::to_string(i) + (is_back ? "], back: " : "]: ");
+      const auto decide = [&](LightOutcome outcome, const char* reason) {
+        side.outcome = outcome;
+        side.reason = name + reason;
+      };
+      if (!view.needs_light) {
+        decide(LightOutcome::kSkipped, "no output shows light");
+      } else if (HasNoPower(light) && !view.wants_visibility) {
+        decide(LightOutcome::kSkipped, "emits nothing, and visibility is not asked");
+      } else if (!view.sees_receiver) {
+        decide(is_back ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "no receiver is in view");
+      } else if (FacesAway(side.light, receivers)) {
+        // Where the other side lights something, this one has nothing to add. The front stays if neither does.
+        const bool is_spare = light.is_two_sided && (is_back || !FacesAway(OtherSide(side.light), receivers));
+        decide(is_spare ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "faces away from every receiver");
+      } else if (HasNoOccluder(side.light, occluders, receivers)) {
+        decide(LightOutcome::kNoMapNeeded, "no occluder between it and the receivers");
+      }
+      lights.push_back(side);
+    }
+  }
+  return lights;
+}
+
+}  // namespace
+
 FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderRequest& request) {
   FramePlan plan;
   const bool wants_visibility = Wants(request, OutputKind::kVisibility);
@@ -189,37 +236,24 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
     plan.gbuffer_reason = "nothing is in view";
   }
   const bool sees_receiver = !no_view_sees(receivers);
-  for (uint32_t i = 0; i < request.lights.size(); ++i) {
-    const AreaLight& light = request.lights[i];
-    for (const bool is_back : {false, true}) {
-      if (is_back && !light.is_two_sided) continue;
-      LightPlan side;
-      side.index = i;
-      side.is_back = is_back;
-      side.light = is_back ? OtherSide(light) : light;
-      side.light.is_two_sided = false;
-      const std::string name = "lights[" + std::to_string(i) + (is_back ? "], back: " : "]: ");
-      const auto decide = [&](LightOutcome outcome, const char* reason) {
-        side.outcome = outcome;
-        side.reason = name + reason;
-      };
-      if (!plan.needs_visibility) {
-        decide(LightOutcome::kSkipped, "no output shows light");
-      } else if (HasNoPower(light) && !wants_visibility) {
-        decide(LightOutcome::kSkipped, "emits nothing, and visibility is not asked");
-      } else if (!sees_receiver) {
-        decide(is_back ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "no receiver is in view");
-      } else if (FacesAway(side.light, receivers)) {
-        // Where the other side lights something, this one has nothing to add. The front stays if neither does.
-        const bool is_spare = light.is_two_sided && (is_back || !FacesAway(OtherSide(side.light), receivers));
-        decide(is_spare ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "faces away from every receiver");
-      } else if (HasNoOccluder(side.light, occluders, receivers)) {
-        decide(LightOutcome::kNoMapNeeded, "no occluder between it and the receivers");
-      }
-      plan.lights.push_back(side);
-    }
-  }
+  plan.lights = PlanSides(request, occluders, receivers, {plan.needs_visibility, wants_visibility, sees_receiver});
   return plan;
+}
+
+std::vector<LightPlan> PlanQuery(const FlatScene& scene, const Pose& pose, const RenderRequest& request,
+                                 const Box3d& points_ws) {
+  std::vector<Box3d> occluders;
+  for (const Instance& instance : pose.instances) {
+    const Box3d box = WorldBox(scene, instance);
+    if (instance.casts && !box.IsEmpty()) occluders.push_back(box);
+  }
+  return PlanSides(request, occluders, {points_ws}, LightView());
+}
+
+bool HasMaskedCaster(const FlatScene& scene, const Pose& pose) {
+  return std::any_of(pose.instances.begin(), pose.instances.end(), [&](const Instance& instance) {
+    return instance.casts && scene.CoverageOf(scene.meshes[instance.mesh]) == MaskCoverage::kTested;
+  });
 }
 
 }  // namespace halfshade

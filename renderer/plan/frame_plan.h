@@ -52,6 +52,13 @@ struct FramePlan {
 
 FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderRequest& request);
 
+// The lights of a query of points in the box `points_ws`; of the request neither camera nor outputs are looked at.
+std::vector<LightPlan> PlanQuery(const FlatScene& scene, const Pose& pose, const RenderRequest& request,
+                                 const Box3d& points_ws);
+
+// Some caster is there only where its mask lets it.
+bool HasMaskedCaster(const FlatScene& scene, const Pose& pose);
+
 // The predicates, each with the reason that the report gives. They take one side of a light.
 
 // The light emits nothing: radiance zero (rectangle), intensity zero (line, point).

@@ -2,6 +2,8 @@
 
 #include <glad/gl.h>
 
+#include <algorithm>
+
 #include "renderer/gl/framebuffer.h"
 #include "renderer/light/fullscreen.h"
 #include "renderer/status.h"
@@ -21,19 +23,43 @@ absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const Occl
                    gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
   ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&visibility}));
   ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("common/fullscreen.vert", "shadow/finish.frag"));
+  gl::Texture uploaded;
+  const gl::Texture* sums = nullptr;
+  if (occlusion != nullptr) {
+    sums = std::get_if<gl::Texture>(&occlusion->sums);
+    if (sums == nullptr) {
+      const auto& values = std::get<std::vector<float>>(occlusion->sums);
+      ASSIGN_OR_RETURN(uploaded, gl::Texture::Create2D(*draw.context, GL_R32F, receivers.width, receivers.height));
+      RETURN_IF_ERROR(uploaded.WriteFloats(values.data(), values.size()));
+      sums = &uploaded;
+    }
+  }
   framebuffer.Bind();
   gl.Viewport(0, 0, receivers.width, receivers.height);
   gl.Disable(GL_DEPTH_TEST);
   gl.Disable(GL_BLEND);
   program->Use();
   SetReceivers(*program, receivers, light);
-  if (occlusion != nullptr) occlusion->sums.Bind(kSumsUnit);
+  if (sums != nullptr) sums->Bind(kSumsUnit);
   program->Set("hidden_sums", kSumsUnit);
   program->Set("has_sums", int(occlusion != nullptr));
   program->Set("full_sum", occlusion != nullptr ? occlusion->full_sum : 1.0f);
   program->Set("half_edges", glm::vec2(light.width_m / 2, light.height_m / 2));
   RETURN_IF_ERROR(DrawFullscreen(draw, receivers.width, receivers.height, kNanosecondsPerPixel));
   RETURN_IF_ERROR(draw.context->Check("shadow/finish"));
+  return visibility;
+}
+
+std::vector<float> FinishVisibilityOnCpu(const OcclusionSum* occlusion, const CpuReceivers& receivers,
+                                         const AreaLight& light) {
+  std::vector<float> visibility(receivers.size(), 1);
+  for (size_t i = 0; i < visibility.size(); ++i) {
+    const CpuReceiver receiver = receivers.At(i);
+    if (!receiver.is_receiving) continue;
+    const float hidden =
+        occlusion != nullptr ? std::get<std::vector<float>>(occlusion->sums)[i] / occlusion->full_sum : 0;
+    visibility[i] = std::min(std::clamp(1 - hidden, 0.0f, 1.0f), float(CutAtPlane(light, receivers, receiver).share));
+  }
   return visibility;
 }
 

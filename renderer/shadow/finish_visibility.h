@@ -17,4 +17,8 @@ namespace halfshade {
 absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const OcclusionSum* occlusion,
                                              const Receivers& receivers, const AreaLight& light);
 
+// The same v in memory, for sums in memory (null: nothing hides the light) and receivers in memory; no GL.
+std::vector<float> FinishVisibilityOnCpu(const OcclusionSum* occlusion, const CpuReceivers& receivers,
+                                         const AreaLight& light);
+
 }  // namespace halfshade

@@ -1,6 +1,7 @@
 #include "renderer/renderer.h"
 #include "renderer/shadow/hard/hard.h"
 #include "renderer/shadow/multi_map/multi_map.h"
+#include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
 
 namespace halfshade {
@@ -8,7 +9,8 @@ namespace halfshade {
 const std::vector<RegisteredMethod>& MethodRegistry() {
   static const HardMethod hard;
   static const MultiMapMethod multi_map;
-  static const std::vector<RegisteredMethod> methods = {{"hard", &hard}, {"multi_map", &multi_map}};
+  static const RayMethod ray;
+  static const std::vector<RegisteredMethod> methods = {{"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}};
   return methods;
 }
 

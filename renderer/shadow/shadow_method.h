@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "renderer/gl/draw_context.h"
@@ -17,6 +18,7 @@
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
 #include "renderer/request.h"
+#include "renderer/scene/ray_scene.h"
 
 namespace halfshade {
 
@@ -25,24 +27,28 @@ struct SceneFacts {
   uint64_t occluder_triangles = 0;
 };
 
-// What building the light data takes. Pure: known before anything is drawn.
+// What a method takes. Pure: known before anything is drawn.
 struct MethodNeeds {
-  uint32_t maps = 0;              // depth maps drawn, side windows not counted
+  uint32_t maps = 0;              // depth maps drawn, side windows not counted; 0: no LightInputs::occluders
   int map_size = 0;               // texels a side
   uint64_t light_data_bytes = 0;  // if everything is kept
+  bool ray_scene = false;         // LightInputs::ray_scene
+  bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
 };
 
 struct LightInputs {
-  std::shared_ptr<const OccludersOnContext> occluders;
-  AreaLight light;  // one-sided
+  std::shared_ptr<const OccludersOnContext> occluders;  // null unless needed
+  std::shared_ptr<const RayScene> ray_scene;            // null unless needed
+  AreaLight light;                                      // one-sided
   uint32_t seed = 0;
   // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
   uint64_t max_light_data_bytes = 0;
 };
 
 // What a method returns before the door: occlusion as a sum. Hidden fraction of the light = sum / full_sum.
+// One per receiver, where the method works: an R32F texture, or in memory, [height][width].
 struct OcclusionSum {
-  gl::Texture sums;  // R32F, one texel per receiver
+  std::variant<gl::Texture, std::vector<float>> sums;
   float full_sum = 1;
 };
 

@@ -2,7 +2,9 @@
 // (origin at the light's centre, x and y along its edges, z its normal).
 //
 // planes: rgb the geometric normal in world axes, turned to the camera; a the plane's offset: n.(x - eye) = a for every
-// point x of the plane. A zero normal: nothing is drawn there; normal and offset times 2: it does not receive.
+// point x of the plane. All zero: nothing is drawn there; normal and offset times 2: it does not receive.
+// A zero normal and a far below: a point without a horizon.
+// points: positions relative to the eye, where receivers are not pixels.
 
 struct Receiver {
   bool is_drawn;
@@ -15,6 +17,8 @@ struct Receiver {
 };
 
 uniform sampler2D planes;
+uniform sampler2D points;
+uniform bool are_points;
 uniform mat3 ray_from_ndc;          // world axes: columns right, up, forward, scaled to the edges of the view
 uniform bool is_orthographic;
 uniform vec2 ndc_from_pixel;        // 2 / size
@@ -30,10 +34,11 @@ Receiver FetchReceiver(vec2 fragment) {
   vec3 origin = is_orthographic ? across : vec3(0.0);
   vec3 ray = is_orthographic ? ray_from_ndc[2] : across + ray_from_ndc[2];
   Receiver receiver;
-  receiver.is_drawn = plane.xyz != vec3(0.0);
+  receiver.is_drawn = plane != vec4(0.0);
   receiver.is_receiving = receiver.is_drawn && !is_doubled;
   float along = (plane.w - dot(plane.xyz, origin)) / dot(plane.xyz, ray);
-  receiver.position = light_from_camera * (origin + ray * along) + eye_in_light;
+  vec3 from_eye = are_points ? texelFetch(points, ivec2(fragment), 0).xyz : origin + ray * along;
+  receiver.position = light_from_camera * from_eye + eye_in_light;
   receiver.to_eye = -(light_from_camera * ray);
   receiver.normal = light_from_camera * plane.xyz;
   receiver.error = 4.0 * 1.1920929e-7 * (length(receiver.position) + length(eye_in_light));

@@ -33,6 +33,7 @@ const std::vector<Room> kRooms = {
     {"renderer/gl/", {}},
     {"renderer/scene/", {"renderer/math/"}},
     {"renderer/scene/scene_on_context", {"renderer/gl/", "renderer/renderer.h"}},  // ImageDecoder
+    {"renderer/scene/ray_", {"renderer/renderer.h"}},                              // ImageDecoder
     {"renderer/scene_loader/", {"renderer/scene/flat_scene.h", "renderer/scene/pose.h"}},
     {"renderer/scene_loader/decode_image", {"renderer/scene/", "renderer/renderer.h"}},  // Rgba8Image
     {"renderer/plan/", {"renderer/math/", "renderer/scene/flat_scene.h", "renderer/scene/pose.h"}},
@@ -51,6 +52,10 @@ const std::vector<Room> kRooms = {
     {"renderer/renderer.",
      {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
       "renderer/shade/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
+    {"renderer/passes.", {"renderer/gl/"}},
+    {"renderer/prepare_light.",
+     {"renderer/gl/", "renderer/light/", "renderer/plan/", "renderer/scene/", "renderer/shadow/shadow_method.h"}},
+    {"renderer/query.", {"renderer/light/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
     {"renderer/warm_up.", {"renderer/scene/flat_scene.h"}},
     {"renderer/request.h", {}},
     {"renderer/report.h", {}},
@@ -82,7 +87,9 @@ const std::vector<Foreign> kForeign = {
     // Rooms that are tested without a context see no GL.
     {{"glad/", "EGL/", "GL/"},
      {"renderer/gl/", "renderer/scene/scene_on_context", "renderer/light/", "renderer/shadow/", "renderer/shade/",
-      "renderer/renderer.", "renderer/warm_up.", "server/", "client/"}},
+      "renderer/renderer.", "renderer/passes.", "renderer/prepare_light.", "renderer/query.", "renderer/warm_up.",
+      "server/", "client/"}},
+    {{"embree", "tbb/"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

@@ -61,9 +61,16 @@ TEST_F(CommandLineTest, AFolderThatIsNotThereExitsWith74BeforeAnythingIsRendered
 }
 
 TEST_F(CommandLineTest, CommandsOfLaterVersionsSaySoAndExitWith69) {
-  for (const char* command : {"plan", "query", "batch", "sample", "bench"}) {
+  for (const char* command : {"plan", "batch", "sample", "bench"}) {
     Expect(69, std::string(command) + " is not available", {command, "a", "--flag", "b"});
   }
+}
+
+TEST_F(CommandLineTest, AQueryNeedsItsPoints) {
+  Expect(64, "POINTS.csv", {"query", "scene.gltf"});
+  Expect(66, "absent.csv", {"query", "scene.gltf", "absent.csv"});
+  folder_.Write("bad.csv", "1,2\n");
+  Expect(65, "bad.csv:1: 2 values", {"query", "scene.gltf", "bad.csv"});
 }
 
 TEST_F(CommandLineTest, AServerThatIsNotThereExitsWith69) {

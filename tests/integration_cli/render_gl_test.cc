@@ -276,5 +276,29 @@ TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
   EXPECT_EQ(Digests(good), before);
 }
 
+TEST_F(RenderCommandTest, AQueryPrintsALineAPointAndAValueALight) {
+  folder_.Write("points.csv", "x,y,z\n0,0.5,0\n3,0.5,0\n0,2,0\n");
+  const std::vector<std::string> query = {"query",
+                                          "scene.glb",
+                                          "points.csv",
+                                          "--light",
+                                          "center=0,4,0 edge_u=1,0,0 edge_v=0,0,1 direction=0,-1,0",
+                                          "--light",
+                                          "center=3,4,0 edge_u=1,0,0 edge_v=0,0,1 direction=0,-1,0",
+                                          "--method",
+                                          "ray",
+                                          "--set",
+                                          "rays=64"};
+  const Ran ran = Run(query);
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(ran.out, "0,1\n1,1\n1,1\n");
+  const Ran as_json = Run(query + std::vector<std::string>{"--json"});
+  const json answer = json::parse(as_json.out, nullptr, false);
+  ASSERT_TRUE(answer.is_object()) << as_json.out << as_json.err;
+  EXPECT_EQ(answer["visibility"], json::parse("[[0,1],[1,1],[1,1]]"));
+  EXPECT_EQ(answer["report"]["method"], "ray");
+  EXPECT_EQ(answer["report"]["options"]["ray"]["rays"], 64);
+}
+
 }  // namespace
 }  // namespace halfshade

@@ -16,6 +16,11 @@ double VisibilityBehindPlate(const glm::dvec2& half_edges, const glm::dvec3& cen
 double VisibilityBehindHalfPlane(const glm::dvec2& half_edges, const glm::dvec2& normal, double offset, double edge_z,
                                  const glm::dvec3& receiver);
 
+// Behind a box low <= x <= high with 0 < low.z and high.z < receiver.z: its silhouette on the light is the convex hull
+// of its corners as the receiver sees them.
+double VisibilityBehindBox(const glm::dvec2& half_edges, const glm::dvec3& low, const glm::dvec3& high,
+                           const glm::dvec3& receiver);
+
 // The share of the light above the tangent plane of a sphere at its point in `direction` (unit) from the centre: all
 // that a lone sphere hides.
 double SphereHorizonShare(const glm::dvec2& half_edges, const glm::dvec3& center, double radius,

@@ -89,6 +89,8 @@ Image RenderVisibility(const FlatScene& scene, RenderRequest request, RenderRepo
   return std::move(result->images[0].image);
 }
 
-std::vector<TestMethod> TestMethods() { return {{"hard", HardOptions{512}}, {"multi_map", MultiMapOptions{32, 512}}}; }
+std::vector<TestMethod> TestMethods() {
+  return {{"hard", HardOptions{512}}, {"multi_map", MultiMapOptions{32, 512}}, {"ray", RayOptions{64}}};
+}
 
 }  // namespace halfshade

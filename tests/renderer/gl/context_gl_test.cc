@@ -30,7 +30,7 @@ class ContextTest : public testing::TestWithParam<Backend> {
   std::unique_ptr<Context> context_;
 };
 INSTANTIATE_TEST_SUITE_P(Backends, ContextTest, testing::Values(Backend::kEgl, Backend::kOsmesa),
-                         [](const auto& info) { return info.param == Backend::kEgl ? "Egl" : "Osmesa"; });
+                         [](const auto& backend) { return backend.param == Backend::kEgl ? "Egl" : "Osmesa"; });
 
 TEST_P(ContextTest, IsCore45AndNamesItself) {
   EXPECT_EQ(context_->backend(), GetParam());

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -126,6 +127,28 @@ TEST(ClosedFormEdgeTest, PointLightsSeeAllOrNothing) {
 TEST(ClosedFormEdgeTest, WhatStandsBeyondTheReceiverHidesNothing) {
   EXPECT_EQ(VisibilityBehindPlate({1, 1}, {0, 0, 1}, {5, 5}, {0, 0, 1}), 1);
   EXPECT_EQ(VisibilityBehindHalfPlane({1, 1}, {1, 0}, -9, 2, {0, 0, 1}), 1);
+}
+
+TEST_F(ClosedFormTest, ABoxHidesTheHullOfItsCorners) {
+  int partial = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const glm::dvec2 half_edges = Between2(0.1, 1);
+    const glm::dvec3 low(Between2(-1, 0.5), Between(0.5, 1.5));
+    const glm::dvec3 high = low + glm::dvec3(Between2(0.1, 0.8), Between(0.05, 0.4));
+    const glm::dvec3 receiver(Between2(-1, 1), Between(2, 4));
+    uint32_t seen = 0;
+    for (uint32_t i = 0; i < kPoints; ++i) {
+      // The segment from the light to the receiver against the box's three slabs.
+      const glm::dvec3 from((OwenSobol2(i, 7) * 2.0 - 1.0) * half_edges, 0);
+      const glm::dvec3 a = (low - from) / (receiver - from), b = (high - from) / (receiver - from);
+      const glm::dvec3 enter = glm::min(a, b), leave = glm::max(a, b);
+      seen += std::max({enter.x, enter.y, enter.z}) > std::min({leave.x, leave.y, leave.z});
+    }
+    const double v = VisibilityBehindBox(half_edges, low, high, receiver);
+    EXPECT_NEAR(v, double(seen) / kPoints, kTolerance) << trial;
+    partial += v > 0.01 && v < 0.99;
+  }
+  EXPECT_GT(partial, 50);
 }
 
 }  // namespace

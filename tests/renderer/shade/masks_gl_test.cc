@@ -67,14 +67,44 @@ class MasksTest : public ShadeTest {
 };
 
 TEST_F(MasksTest, HolesLetTheLightThroughToTheTexel) {
-  const std::vector<RenderedImage> images = Render(CheckerOverGround(), GroundRequest());
-  ASSERT_EQ(images.size(), 1u);
-  double dark = 0;
-  const int wrong = WrongPixels(images[0].image, &dark);
-  EXPECT_NEAR(dark, 0.125, 1e-3);
-  // Silhouettes are 2 x 9 lines of 128 pixels at most; a pixel is 8 texels of the map, so one pixel in 8 along them may
-  // be on the other side. Measured: 0.
-  EXPECT_LE(wrong, 2 * 9 * 128 / 8);
+  for (const MethodOptions& method : {MethodOptions(HardOptions{1024}), MethodOptions(RayOptions{1})}) {
+    RenderRequest request = GroundRequest();
+    request.method = method;
+    const std::vector<RenderedImage> images = Render(CheckerOverGround(), request);
+    ASSERT_EQ(images.size(), 1u);
+    double dark = 0;
+    const int wrong = WrongPixels(images[0].image, &dark);
+    EXPECT_NEAR(dark, 0.125, 1e-3);
+    // Silhouettes are 2 x 9 lines of 128 pixels at most; a pixel is 8 texels of the map, so one pixel in 8 along them
+    // may be on the other side. Measured: 0, by rays too.
+    EXPECT_LE(wrong, 2 * 9 * 128 / 8);
+  }
+}
+
+// Wrapped, in between texels, by the second texture coordinate's twin on the CPU: rays and maps see the same leaves.
+TEST_F(MasksTest, RaysAndMapsSeeTheSameMask) {
+  for (const Wrap wrap : {Wrap::kRepeat, Wrap::kMirroredRepeat, Wrap::kClampToEdge}) {
+    for (const bool is_nearest : {false, true}) {
+      FlatScene scene = CheckerOverGround();
+      scene.textures[0].wrap_s = scene.textures[0].wrap_t = wrap;
+      scene.textures[0].magnifies_to_nearest = is_nearest;
+      for (glm::vec2& texcoord : scene.texcoords) texcoord = texcoord * 2.5f - 1.3f;
+      RenderRequest request = GroundRequest(128);
+      request.method = HardOptions{2048};
+      const std::vector<RenderedImage> map = Render(scene, request);
+      request.method = RayOptions{1};
+      const std::vector<RenderedImage> rays = Render(scene, request);
+      ASSERT_EQ(map.size() + rays.size(), 2u);
+      int different = 0, dark = 0;
+      for (size_t i = 0; i < rays[0].image.size(); ++i) {
+        different += map[0].image.data()[i] != rays[0].image.data()[i];
+        dark += rays[0].image.data()[i] == 0;
+      }
+      EXPECT_GT(dark, 500);
+      // 2 x 21 edges of 64 pixels, of which a map's texel is a tenth.
+      EXPECT_LE(different, 2 * 21 * 64 / 10) << int(wrap) << is_nearest;
+    }
+  }
 }
 
 TEST_F(MasksTest, ASoftShadowIsTheMeanOfTheHoles) {

@@ -1,0 +1,86 @@
+#include "renderer/prepare_light.h"
+
+#include <algorithm>
+
+#include "renderer/light/occluders_on_context.h"
+#include "renderer/passes.h"
+#include "renderer/status.h"
+
+namespace halfshade {
+namespace {
+
+using RaySceneCache = gl::ObjectCache<const RayScene>;
+
+absl::StatusOr<RaySceneCache::Pointer> PrepareRayScene(const DrawContext& draw, const LightSource& source,
+                                                       RaySceneCache& cache, RenderReport& report) {
+  const std::string key = CastersKey(source.scene_name, source.request);
+  RaySceneCache::Pointer ray_scene = cache.Find(key);
+  const bool is_hit = ray_scene != nullptr;
+  if (!is_hit) {
+    RETURN_IF_ERROR(TimedPass(draw, report, "ray_scene", &report.light_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(ray_scene, RayScene::Create(source.scene, source.pose, source.decoder));
+      report.passes.back().count = ray_scene->triangles().indices.size() / 3;
+      return absl::OkStatus();
+    }));
+    cache.Keep(key, ray_scene);
+  }
+  report.caches.push_back(
+      {.name = "ray_scene", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = ray_scene->SizeBytes()});
+  return ray_scene;
+}
+
+}  // namespace
+
+std::string LightName(const LightPlan& plan) {
+  return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
+}
+
+uint64_t CountComputed(const std::vector<LightPlan>& lights) {
+  return uint64_t(std::count_if(lights.begin(), lights.end(),
+                                [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; }));
+}
+
+absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawContext& draw, const LightSource& source,
+                                                                 const AreaLight& side, const std::string& pass,
+                                                                 LightCaches& caches, RenderReport& report) {
+  const ShadowMethod& method = *source.method.method;
+  const MethodOptions& options = source.request.method;
+  const std::string key =
+      LightDataKey(source.scene_name, source.request, side, source.method.name, method.LightDataOptions(options));
+  gl::ObjectCache<LightData>::Pointer data;
+  if (source.request.cache == CacheMode::kUse) data = caches.light_data.Find(key);
+  const bool is_hit = data != nullptr;
+  if (is_hit) {
+    report.passes.push_back(SkippedPass(pass, "cached"));
+  } else {
+    const MethodNeeds needs = method.Needs(options, {});
+    LightInputs inputs;
+    inputs.light = side;
+    inputs.seed = source.request.seed;
+    inputs.max_light_data_bytes = caches.light_data.max_bytes() / source.computed_lights;
+    if (needs.ray_scene) {
+      ASSIGN_OR_RETURN(inputs.ray_scene, PrepareRayScene(draw, source, caches.ray_scenes, report));
+    }
+    RETURN_IF_ERROR(TimedPass(draw, report, pass, &report.light_ms, [&]() -> absl::Status {
+      if (needs.maps > 0) {
+        ASSIGN_OR_RETURN(inputs.occluders,
+                         OccludersOnContext::Create(draw, source.scene, *source.on_context,
+                                                    BuildLightSpaceOccluders(source.scene, source.pose, side)));
+      }
+      ASSIGN_OR_RETURN(data, method.BuildLightData(draw, inputs, options));
+      report.passes.back().count = data->MapsDrawn();
+      return absl::OkStatus();
+    }));
+    caches.light_data.Keep(key, data);
+  }
+  if (const uint64_t redrawn = data->MapsRedrawn(); redrawn > 0) {
+    std::string& reason = report.passes.back().reason;
+    reason += (reason.empty() ? "" : "; ") + std::to_string(redrawn) +
+              " maps do not fit the light cache: drawn at every resolve";
+  }
+  report.caches.push_back(
+      {.name = pass, .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
+  return data;
+}
+
+}  // namespace halfshade

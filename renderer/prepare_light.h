@@ -1,0 +1,53 @@
+// Light data for one side of a light: from the context's caches, or built and kept there.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+
+#include "renderer/gl/draw_context.h"
+#include "renderer/gl/object_cache.h"
+#include "renderer/light/light_data.h"
+#include "renderer/plan/frame_plan.h"
+#include "renderer/report.h"
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/ray_scene.h"
+#include "renderer/scene/scene_on_context.h"
+#include "renderer/shadow/shadow_method.h"
+
+namespace halfshade {
+
+// Of one context.
+struct LightCaches {
+  gl::ObjectCache<LightData> light_data;
+  gl::ObjectCache<const RayScene> ray_scenes;
+};
+
+// What light data is made from.
+struct LightSource {
+  const std::string& scene_name;
+  const FlatScene& scene;
+  const Pose& pose;
+  const RenderRequest& request;
+  const RegisteredMethod& method;
+  const SceneOnContext* on_context = nullptr;  // with the masks' textures; null for methods that draw no maps
+  const ImageDecoder& decoder;                 // for masks of ray scenes
+  uint64_t computed_lights =
+      1;  // of the call: each may take as much of the cache, so that the next call finds them all
+};
+
+// "light[0]/", "light[0]/back/".
+std::string LightName(const LightPlan& plan);
+
+// How many sides the method runs for.
+uint64_t CountComputed(const std::vector<LightPlan>& lights);
+
+// `pass` names its line in the report.
+absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawContext& draw, const LightSource& source,
+                                                                 const AreaLight& side, const std::string& pass,
+                                                                 LightCaches& caches, RenderReport& report);
+
+}  // namespace halfshade

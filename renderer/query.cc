@@ -1,0 +1,98 @@
+#include "renderer/query.h"
+
+#include <algorithm>
+
+#include "renderer/light/cpu_receivers.h"
+#include "renderer/light/receivers.h"
+#include "renderer/passes.h"
+#include "renderer/shadow/finish_visibility.h"
+#include "renderer/status.h"
+
+namespace halfshade {
+namespace {
+
+Box3d Bounds(const QueryPoints& points) {
+  Box3d bounds;
+  for (const glm::vec3& point : points.points_ws) bounds.Add(glm::dvec3(point));
+  return bounds;
+}
+
+// v of one side of a light, one a receiver. `data` null: nothing hides the light.
+absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const RegisteredMethod& method,
+                                           const RenderRequest& request, const LightData* data,
+                                           const Receivers& receivers, const AreaLight& side) {
+  if (data == nullptr) return FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
+  ASSIGN_OR_RETURN(const OcclusionSum sum, method.method->ResolveOcclusion(draw, *data, receivers, request.method));
+  if (std::holds_alternative<std::vector<float>>(sum.sums)) {
+    return FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
+  }
+  ASSIGN_OR_RETURN(const gl::Texture finished, FinishVisibility(draw, &sum, receivers, side));
+  Image pairs(receivers.width, receivers.height, 2);
+  RETURN_IF_ERROR(finished.ReadFloats(pairs.data(), pairs.size()));
+  std::vector<float> visibility(receivers.on_cpu->size());
+  for (size_t i = 0; i < visibility.size(); ++i) visibility[i] = pairs.data()[2 * i];
+  return visibility;
+}
+
+}  // namespace
+
+absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene,
+                                        const RenderRequest& request, const QueryPoints& points,
+                                        SceneOnContext* on_context, const ImageDecoder& decoder, LightCaches& caches) {
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
+  const RegisteredMethod& method = FindMethod(request.method);
+  const std::vector<LightPlan> lights = PlanQuery(scene, pose, request, Bounds(points));
+  QueryResult result;
+  RenderReport& report = result.report;
+  report.method = method.name;
+  report.options = method.method->DescribeOptions(request.method);
+  report.reason = request.method_reason;
+
+  const CpuReceivers on_cpu = MakePointReceivers(points.points_ws, points.normals_ws);
+  Receivers receivers = {nullptr, on_cpu.camera, on_cpu.width, on_cpu.height};
+  receivers.on_cpu = &on_cpu;
+  const LightSource source = {scene_name, scene, pose, request, method, on_context, decoder, CountComputed(lights)};
+  if (source.computed_lights > 0 && on_context != nullptr && HasMaskedCaster(scene, pose)) {
+    RETURN_IF_ERROR(TimedPass(draw, report, "textures", &report.upload_ms, [&] {
+      return on_context->NeedTextures(draw, scene, decoder, /*with_materials=*/false);
+    }));
+  }
+  ReceiverTextures textures;
+  if (source.computed_lights > 0 && !method.method->Needs(request.method, {}).cpu_receivers) {
+    RETURN_IF_ERROR(TimedPass(draw, report, "receivers", &report.upload_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(textures, UploadReceivers(*draw.context, on_cpu));
+      return absl::OkStatus();
+    }));
+    receivers.planes = &textures.planes;
+    receivers.points = &textures.points;
+  }
+
+  const size_t count = points.points_ws.size();
+  result.visibility.resize(count * request.lights.size());
+  for (const LightPlan& plan : lights) {
+    const std::string name = LightName(plan);
+    gl::ObjectCache<LightData>::Pointer data;
+    if (plan.outcome == LightOutcome::kCompute) {
+      ASSIGN_OR_RETURN(data, PrepareLight(draw, source, plan.light, name + "light_data", caches, report));
+    } else {
+      report.passes.push_back(SkippedPass(name + method.name, plan.reason));
+    }
+    if (plan.outcome == LightOutcome::kSkipped) continue;
+    std::vector<float> seen;
+    RETURN_IF_ERROR(TimedPass(draw, report, name + "resolve", &report.resolve_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(seen, Resolve(draw, method, request, data.get(), receivers, plan.light));
+      return absl::OkStatus();
+    }));
+    for (size_t i = 0; i < count; ++i) {
+      if (!(seen[i] >= 0 && seen[i] <= 1)) {
+        return absl::InternalError(method.name + ": visibility " + std::to_string(seen[i]) + " at point " +
+                                   std::to_string(i));
+      }
+      float& v = result.visibility[i * request.lights.size() + plan.index];
+      v = std::max(v, seen[i]);  // of both sides, one is 0
+    }
+  }
+  return result;
+}
+
+}  // namespace halfshade

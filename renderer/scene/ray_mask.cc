@@ -1,0 +1,53 @@
+#include "renderer/scene/ray_mask.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace halfshade {
+namespace {
+
+// A texel's index, inside the image or beyond it, as GL wraps it.
+int WrapTexel(int texel, int size, Wrap wrap) {
+  if (wrap == Wrap::kClampToEdge) return std::clamp(texel, 0, size - 1);
+  const int period = wrap == Wrap::kRepeat ? size : 2 * size;
+  const int in_period = (texel % period + period) % period;
+  return in_period < size ? in_period : period - 1 - in_period;
+}
+
+// Texels from the image's edge. Far away coordinates are first brought near, where they still are whole texels.
+float ToTexels(float coordinate, int size, Wrap wrap) {
+  if (wrap == Wrap::kClampToEdge) return std::clamp(coordinate, -1.0f, 2.0f) * float(size);
+  return float(coordinate - 2 * std::floor(double(coordinate) / 2)) * float(size);
+}
+
+}  // namespace
+
+RayMask::RayMask(float alpha_cutoff, const Texture& texture, int width, int height, const std::vector<uint8_t>& rgba)
+    : alpha_cutoff_(alpha_cutoff),
+      wrap_s_(texture.wrap_s),
+      wrap_t_(texture.wrap_t),
+      is_nearest_(texture.magnifies_to_nearest),
+      width_(width),
+      height_(height),
+      alphas_(size_t(width) * height) {
+  for (size_t i = 0; i < alphas_.size(); ++i) alphas_[i] = rgba[4 * i + 3];
+}
+
+float RayMask::AlphaAt(const glm::vec2& texcoord) const {
+  const float x = ToTexels(texcoord.x, width_, wrap_s_);
+  const float y = ToTexels(texcoord.y, height_, wrap_t_);
+  if (is_nearest_) {
+    return TexelAt(WrapTexel(int(std::floor(x)), width_, wrap_s_), WrapTexel(int(std::floor(y)), height_, wrap_t_));
+  }
+  const float left = std::floor(x - 0.5f), top = std::floor(y - 0.5f);
+  const int x0 = WrapTexel(int(left), width_, wrap_s_), x1 = WrapTexel(int(left) + 1, width_, wrap_s_);
+  const int y0 = WrapTexel(int(top), height_, wrap_t_), y1 = WrapTexel(int(top) + 1, height_, wrap_t_);
+  const float u = x - 0.5f - left, v = y - 0.5f - top;
+  return glm::mix(glm::mix(TexelAt(x0, y0), TexelAt(x1, y0), u), glm::mix(TexelAt(x0, y1), TexelAt(x1, y1), u), v);
+}
+
+bool RayMask::IsMaskedAway(const glm::vec2& texcoord, float alpha) const {
+  return (alphas_.empty() ? alpha : alpha * AlphaAt(texcoord)) < alpha_cutoff_;
+}
+
+}  // namespace halfshade

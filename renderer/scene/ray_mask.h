@@ -1,0 +1,33 @@
+// glTF's alphaMode MASK for rays: the twin on the CPU of shaders/common/mask.glsl. Immutable; any thread.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "renderer/scene/flat_scene.h"
+
+namespace halfshade {
+
+class RayMask {
+ public:
+  // Without a texture: the vertices' alpha alone is compared.
+  explicit RayMask(float alpha_cutoff) : alpha_cutoff_(alpha_cutoff) {}
+  // `rgba`: [height][width][4], the finest level, read as `texture` is magnified.
+  RayMask(float alpha_cutoff, const Texture& texture, int width, int height, const std::vector<uint8_t>& rgba);
+
+  bool IsMaskedAway(const glm::vec2& texcoord, float alpha) const;
+  uint64_t SizeBytes() const { return alphas_.size(); }
+
+ private:
+  float TexelAt(int x, int y) const { return float(alphas_[size_t(y) * width_ + x]) / 255; }
+  float AlphaAt(const glm::vec2& texcoord) const;
+
+  float alpha_cutoff_ = 0;
+  Wrap wrap_s_ = Wrap::kRepeat, wrap_t_ = Wrap::kRepeat;
+  bool is_nearest_ = false;
+  int width_ = 0, height_ = 0;
+  std::vector<uint8_t> alphas_;  // empty: no texture
+};
+
+}  // namespace halfshade

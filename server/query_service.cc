@@ -1,0 +1,155 @@
+#include "server/query_service.h"
+
+#include <grpcpp/alarm.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+
+#include "renderer/status.h"
+#include "server/call_time.h"
+#include "server/gl_worker.h"
+#include "server/report_to_proto.h"
+#include "server/request_id.h"
+#include "server/status.h"
+#include "server/validate.h"
+
+namespace halfshade {
+namespace {
+
+using SystemClock = std::chrono::system_clock;
+using SteadyClock = std::chrono::steady_clock;
+
+// Shared by gRPC, the alarm, the pool and the queue; the last of them lets go.
+class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shared_from_this<QueryCall> {
+ public:
+  QueryCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::QueryVisibilityRequest& query,
+            v1::QueryVisibilityResponse* response)
+      : plant_(plant), context_(context), query_(query), response_(response), id_(NextRequestId()) {}
+
+  void Start() {
+    self_ = shared_from_this();  // gRPC's share, until OnDone
+    deadline_ = EffectiveDeadline(context_->deadline());
+    if (const absl::Status status = CheckQueryFields(query_, plant_->limits); !status.ok()) {
+      FinishOnce(status);
+      return;
+    }
+    alarm_ = std::make_unique<grpc::Alarm>();
+    alarm_->Set(deadline_, [self = shared_from_this()](bool is_due) {
+      if (is_due) self->GiveUp(absl::DeadlineExceededError("the deadline passed"));
+    });
+    plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, context_->peer());
+  }
+
+  void OnCancel() override { GiveUp(absl::CancelledError("cancelled by the client")); }
+
+  void OnDone() override {
+    if (alarm_) alarm_->Cancel();
+    self_.reset();
+  }
+
+ private:
+  absl::Status StopReason() const {
+    if (plant_->is_stopping) return absl::UnavailableError("the server is stopping");
+    if (gave_up_) return absl::CancelledError("given up");
+    if (SystemClock::now() >= deadline_) return absl::DeadlineExceededError("the deadline passed");
+    return absl::OkStatus();
+  }
+
+  void GiveUp(const absl::Status& reason) {
+    gave_up_ = true;
+    plant_->queue->Withdraw(JobId());
+    FinishOnce(reason);
+  }
+
+  // On the pool.
+  void Prepare() {
+    if (gave_up_) return;
+    const absl::Status status = [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(scene_, plant_->catalog->Load(query_.request().scene(), &load_ms_));
+      ASSIGN_OR_RETURN(valid_, ValidateQuery(query_, *scene_, plant_->limits));
+      queued_at_ = SteadyClock::now();
+      RenderJob job;
+      job.id = JobId();
+      job.run = [self = shared_from_this()](WorkerRenderer& worker) { self->Resolve(worker); };
+      return plant_->queue->Push(std::move(job), deadline_ - SystemClock::now());
+    }();
+    if (!status.ok()) FinishOnce(status);
+  }
+
+  // On a GL thread.
+  void Resolve(WorkerRenderer& worker) {
+    const SteadyClock::time_point dequeued_at = SteadyClock::now();
+    if (const absl::Status status = StopReason(); !status.ok()) {
+      FinishOnce(status);
+      return;
+    }
+    const double cpu_begin_ms = ProcessCpuMs();
+    auto result = worker.renderer->QueryVisibility(query_.request().scene(), *scene_, valid_.request, valid_.points,
+                                                   [this] { return StopReason(); });
+    if (!result.ok()) {
+      FinishOnce(result.status());
+      return;
+    }
+    v1::QueryVisibilityResponse response;
+    // Little-endian, as validation asserts of this machine.
+    response.set_visibility(result->visibility.data(), result->visibility.size() * sizeof(float));
+    v1::RenderReport* report = response.mutable_report();
+    *report = ToProto(result->report);
+    const auto milliseconds = [](SteadyClock::duration elapsed) {
+      return std::chrono::duration<double, std::milli>(elapsed).count();
+    };
+    v1::Timing* timing = report->mutable_timing();
+    timing->set_queue_ms(milliseconds(dequeued_at - queued_at_));
+    timing->set_load_ms(load_ms_);
+    timing->set_cpu_ms(ProcessCpuMs() - cpu_begin_ms);
+    timing->set_total_ms(milliseconds(SteadyClock::now() - dequeued_at));
+    report->set_gl_renderer(worker.gl_renderer);
+    report->set_gl_version(worker.gl_version);
+    report->set_server_version(HALFSHADE_VERSION);
+    if (is_finished_.exchange(true)) return;
+    ++plant_->renders_ok;
+    response_->Swap(&response);
+    Finish(grpc::Status::OK);
+  }
+
+  void FinishOnce(const absl::Status& status) {
+    if (is_finished_.exchange(true)) return;
+    ++plant_->renders_failed;
+    spdlog::log(absl::IsInternal(status) ? spdlog::level::err : spdlog::level::info, "{} QueryVisibility {}", id_,
+                status.ToString());
+    if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
+      context_->AddTrailingMetadata(kPushbackKey, pushback);
+    }
+    Finish(ToGrpcStatus(status, id_));
+  }
+
+  uint64_t JobId() const { return uint64_t(reinterpret_cast<uintptr_t>(this)); }
+
+  RenderPlant* const plant_;
+  grpc::CallbackServerContext* const context_;
+  const v1::QueryVisibilityRequest query_;
+  v1::QueryVisibilityResponse* const response_;
+  const std::string id_;
+  std::shared_ptr<QueryCall> self_;
+  std::unique_ptr<grpc::Alarm> alarm_;  // its callback holds a share of this until it ran or was cancelled
+  SystemClock::time_point deadline_;
+  std::atomic<bool> gave_up_{false};
+  std::atomic<bool> is_finished_{false};
+  SceneCache::ScenePtr scene_;
+  ValidatedQuery valid_;
+  SteadyClock::time_point queued_at_;
+  double load_ms_ = 0;
+};
+
+}  // namespace
+
+grpc::ServerUnaryReactor* StartQuery(RenderPlant* plant, grpc::CallbackServerContext* context,
+                                     const v1::QueryVisibilityRequest& query, v1::QueryVisibilityResponse* response) {
+  const auto call = std::make_shared<QueryCall>(plant, context, query, response);
+  call->Start();
+  return call.get();
+}
+
+}  // namespace halfshade

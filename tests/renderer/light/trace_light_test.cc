@@ -1,0 +1,290 @@
+// Rays against closed forms, their noise, their threads and their stop. No GL.
+#include "renderer/light/trace_light.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "renderer/scene/pose.h"
+#include "tests/support/closed_forms.h"
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/scene_makers.h"
+#include "tests/support/status_matchers.h"
+
+namespace halfshade {
+namespace {
+
+constexpr double kLightHeight = 2;
+
+absl::StatusOr<Rgba8Image> NoImages(const EncodedImage&) { return absl::UnimplementedError("no masks here"); }
+
+// A square light above the origin that shines down: light frame (x, z, kLightHeight - y).
+AreaLight Light(double size) {
+  AreaLight light;
+  light.center_ws = {0, kLightHeight, 0};
+  light.axis_u_ws = {1, 0, 0};
+  light.axis_v_ws = {0, 0, 1};
+  light.normal_ws = {0, -1, 0};
+  light.width_m = light.height_m = size;
+  return light;
+}
+
+// side x side points on the ground y = 0 around the origin, with their normal.
+CpuReceivers GroundGrid(int side, double edge_m, bool have_normals = true) {
+  std::vector<glm::vec3> points;
+  for (int i = 0; i < side * side; ++i) {
+    points.emplace_back(((i % side + 0.5) / side - 0.5) * edge_m, 0, ((i / side + 0.5) / side - 0.5) * edge_m);
+  }
+  return MakePointReceivers(
+      points, have_normals ? std::vector<glm::vec3>(points.size(), glm::vec3(0, 1, 0)) : std::vector<glm::vec3>());
+}
+
+std::unique_ptr<RayScene> MakeRayScene(const FlatScene& scene) {
+  return *RayScene::Create(scene, *BuildPose(scene, scene.default_scene), NoImages);
+}
+
+TracedLight Trace(const RayScene& scene, const AreaLight& light, const CpuReceivers& receivers,
+                  const TraceOptions& options) {
+  auto traced = TraceLight(scene, light, receivers, options, [] { return absl::OkStatus(); });
+  EXPECT_OK(traced);
+  return traced.ok() ? *std::move(traced) : TracedLight{};
+}
+
+// A triangle so large that its edge 2 x + z = .1 at y = 1 is a half plane for every segment of the test.
+GlbMesh HalfPlane() {
+  GlbMesh mesh = MakePlate({0, 1, 0}, 1, 1);
+  const glm::vec3 on_edge(0.05f, 1, 0), along(1, 0, -2), across(2, 0, 1);
+  mesh.positions = {on_edge - along * 40.0f, on_edge + along * 40.0f, on_edge + across * 40.0f};
+  mesh.normals.assign(3, {0, 1, 0});
+  mesh.indices = {0, 1, 2};
+  return mesh;
+}
+
+struct Occluder {
+  const char* name;
+  GlbMesh mesh;
+  std::function<double(const glm::dvec2& half_edges, const glm::dvec3& receiver)> visibility;  // light frame
+};
+
+std::vector<Occluder> Occluders() {
+  return {
+      {"plate", MakePlate({0, 1, 0}, 0.8, 0.8),
+       [](const glm::dvec2& half_edges, const glm::dvec3& receiver) {
+         return VisibilityBehindPlate(half_edges, {0, 0, 1}, {0.4, 0.4}, receiver);
+       }},
+      // Its edges run askew to the light's: no stratum ends at one.
+      {"half plane", HalfPlane(),
+       [](const glm::dvec2& half_edges, const glm::dvec3& receiver) {
+         return VisibilityBehindHalfPlane(half_edges, {2, 1}, 0.1, 1, receiver);
+       }},
+      // Just above the ground: its corner is a contact but for a thousandth.
+      {"box", MakeBox({0, 0.301, 0}, {0.6, 0.6, 0.4}), [](const glm::dvec2& half_edges, const glm::dvec3& receiver) {
+         return VisibilityBehindBox(half_edges, {-0.3, -0.2, kLightHeight - 0.601}, {0.3, 0.2, kLightHeight - 0.001},
+                                    receiver);
+       }}};
+}
+
+class ClosedFormsTest : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(LightSizes, ClosedFormsTest, testing::Values(0.1, 0.4, 1.0));
+
+TEST_P(ClosedFormsTest, RaysConvergeToThem) {
+  const double size = GetParam();
+  const CpuReceivers grid = GroundGrid(64, 3.2);
+  for (const Occluder& occluder : Occluders()) {
+    const auto scene = MakeRayScene(MakeFlatScene({occluder.mesh}));
+    for (const int rays : {64, 256, 4096}) {
+      const TracedLight traced = Trace(*scene, Light(size), grid, {.rays = rays, .seed = 3});
+      double largest = 0, sum = 0;
+      int shadowed = 0;
+      for (size_t i = 0; i < grid.size(); ++i) {
+        const glm::dvec3 at = grid.At(i).position_ws;
+        const double truth = occluder.visibility({size / 2, size / 2}, {at.x, at.z, kLightHeight - at.y});
+        const double error = std::abs(1 - traced.hidden[i] - truth);
+        largest = std::max(largest, error);
+        if (truth >= 1 - 1.0 / 512) continue;
+        sum += error;
+        ++shadowed;
+      }
+      ASSERT_GT(shadowed, 100);
+      std::printf("%s, light %.1f, %d rays: max %.5f, mae_shadowed %.6f\n", occluder.name, size, rays, largest,
+                  sum / shadowed);
+      EXPECT_LE(largest, 2 / std::sqrt(rays)) << occluder.name;
+      if (rays == 4096) {
+        EXPECT_LE(sum / shadowed, 5e-4) << occluder.name;
+      }
+    }
+  }
+}
+
+// Clutter and a curved solid with receivers on it.
+struct RealScene {
+  explicit RealScene(const std::string& name, double light_share = 0.2) {
+    const MadeScene made = MakeScene(name, {.light_share = light_share});
+    scene = MakeFlatScene(made.meshes);
+    request = RequestFor(made);
+    rays = MakeRayScene(scene);
+    // Ground points that the occluders may hide, and the solid's own surface.
+    std::vector<glm::vec3> points, normals;
+    for (int i = 0; i < 64 * 64; ++i) {
+      points.emplace_back((i % 64 - 31.5) / 20, made.ground_height_m, (i / 64 - 31.5) / 20);
+      normals.emplace_back(0, 1, 0);
+    }
+    for (size_t i = 0; i + 2 < scene.indices.size() && points.size() < 8192; i += 3) {
+      const glm::vec3 a = scene.positions[scene.indices[i]], b = scene.positions[scene.indices[i + 1]],
+                      c = scene.positions[scene.indices[i + 2]];
+      points.push_back(glm::vec3(scene.meshes[0].origin) + (a + b + c) / 3.0f);
+      normals.push_back(glm::normalize(glm::cross(b - a, c - a)));
+    }
+    receivers = MakePointReceivers(points, normals);
+  }
+  FlatScene scene;
+  RenderRequest request;
+  std::unique_ptr<RayScene> rays;
+  CpuReceivers receivers;
+};
+
+TEST(TraceLightTest, TwoSeedsDifferByTheNoiseThatIsExpected) {
+  const RealScene s5("S5");
+  for (const int rays : {64, 1024}) {
+    const TracedLight a = Trace(*s5.rays, s5.request.lights[0], s5.receivers, {.rays = rays, .seed = 1});
+    const TracedLight b = Trace(*s5.rays, s5.request.lights[0], s5.receivers, {.rays = rays, .seed = 2});
+    double difference = 0, expected = 0;
+    int mixed = 0;
+    for (size_t i = 0; i < a.hidden.size(); ++i) {
+      const double v = 1 - 0.5 * (a.hidden[i] + b.hidden[i]);
+      if (v < 1.0 / 16 || v > 15.0 / 16) continue;
+      ++mixed;
+      difference += std::abs(a.hidden[i] - b.hidden[i]) / std::sqrt(2.0);  // of one of them
+      expected += ExpectedTraceError(int(std::lround(v * rays)), rays, rays);
+    }
+    std::printf("%d rays: error of a set %.5f, expected %.5f (%d receivers)\n", rays, difference / mixed,
+                expected / mixed, mixed);
+    ASSERT_GT(mixed, 500);
+    // The rate is a rule of thumb; wrong by more than a factor of two it would stop adaptive rays too early or late.
+    EXPECT_LE(difference, 2 * expected);
+    EXPECT_GE(difference, expected / 2);
+  }
+}
+
+TEST(TraceLightTest, OneThreadAndTwoGiveTheSameBytes) {
+  for (const char* name : {"S2", "S5"}) {
+    const RealScene made(name);
+    for (const bool is_adaptive : {false, true}) {
+      TraceOptions options = {.rays = 256, .is_adaptive = is_adaptive, .seed = 5, .threads = 1};
+      const TracedLight one = Trace(*made.rays, made.request.lights[0], made.receivers, options);
+      options.threads = 2;
+      const TracedLight two = Trace(*made.rays, made.request.lights[0], made.receivers, options);
+      EXPECT_EQ(one.hidden, two.hidden) << name;
+      EXPECT_EQ(one.rays, two.rays);
+      options.seed = 6;
+      EXPECT_NE(Trace(*made.rays, made.request.lights[0], made.receivers, options).hidden, two.hidden);
+    }
+  }
+}
+
+TEST(TraceLightTest, AdaptiveRaysOfPointsKeepTheirError) {
+  const RealScene s2("S2");
+  const TracedLight truth = Trace(*s2.rays, s2.request.lights[0], s2.receivers, {.rays = 4096, .seed = 9});
+  for (const double stop_error : {0.02, 0.005}) {
+    const TraceOptions options = {.rays = 4096, .is_adaptive = true, .stop_error = stop_error};
+    const TracedLight traced = Trace(*s2.rays, s2.request.lights[0], s2.receivers, options);
+    double sum = 0;
+    int shadowed = 0;
+    for (size_t i = 0; i < truth.hidden.size(); ++i) {
+      if (truth.hidden[i] <= 1.0f / 512) continue;
+      sum += std::abs(traced.hidden[i] - truth.hidden[i]);
+      ++shadowed;
+    }
+    std::printf("stop_error %.3f: mae_shadowed %.5f with %.1f rays a receiver\n", stop_error, sum / shadowed,
+                double(traced.rays) / double(truth.hidden.size()));
+    EXPECT_LE(sum / shadowed, stop_error);
+    EXPECT_LT(traced.rays, truth.rays / 8);
+  }
+}
+
+TEST(TraceLightTest, OfAPlaneThatCutsTheLightTheExactShareIsSeen) {
+  // A square turned by 60 degrees, its middle 1 m below a wide light: part of the light is below its plane.
+  const double slope = M_PI / 3;
+  const auto scene = MakeRayScene(MakeFlatScene({MakeSquare({0, 1, 0}, 0.5, slope)}));
+  const glm::vec3 normal(-std::sin(slope), std::cos(slope), 0);
+  std::vector<glm::vec3> points;
+  for (int i = 0; i < 100; ++i) {
+    const double along = (i - 49.5) / 100 * 0.4;
+    points.emplace_back(along * std::cos(slope), 1 + along * std::sin(slope), 0.001 * i);
+  }
+  const CpuReceivers receivers = MakePointReceivers(points, std::vector<glm::vec3>(points.size(), normal));
+  const AreaLight light = Light(6);
+  const TracedLight traced = Trace(*scene, light, receivers, {.rays = 64});
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double share = CutAtPlane(light, receivers, receivers.At(i)).share;
+    EXPECT_GT(share, 0.1);
+    EXPECT_LT(share, 0.9);
+    EXPECT_NEAR(1 - traced.hidden[i], share, 1e-6);
+  }
+}
+
+TEST(TraceLightTest, WithoutANormalThereIsNoHorizon) {
+  const auto scene = MakeRayScene(MakeFlatScene({MakePlate({0, 1, 0}, 0.8, 0.8)}));
+  // In the plane of the light's slab, above its horizon only in part: beside the light at its own height less a little.
+  const std::vector<glm::vec3> beside = {{1, 1.9f, 0}};
+  const AreaLight light = Light(1);
+  const CpuReceivers tilted = MakePointReceivers(beside, {{-1, 0, 0}});
+  EXPECT_NEAR(1 - Trace(*scene, light, tilted, {.rays = 64}).hidden[0], 1, 1e-6);
+  const CpuReceivers away = MakePointReceivers(beside, {{1, 0, 0}});
+  EXPECT_EQ(Trace(*scene, light, away, {.rays = 64}).hidden[0], 1);
+  const CpuReceivers bare = MakePointReceivers(beside, {});
+  EXPECT_EQ(Trace(*scene, light, bare, {.rays = 64}).hidden[0], 0);
+}
+
+TEST(TraceLightTest, BehindTheLightAllIsHidden) {
+  const auto scene = MakeRayScene(MakeFlatScene({MakePlate({0, 1, 0}, 0.8, 0.8)}));
+  EXPECT_EQ(Trace(*scene, Light(1), MakePointReceivers({{0, 2.5f, 0}}, {}), {.rays = 16}).hidden[0], 1);
+}
+
+// The gap leaks at most over the width that it really opens.
+TEST(TraceLightTest, ContactsDoNotLeak) {
+  for (const double gap : {0.0, 1e-7, 1e-4}) {
+    const auto scene = MakeRayScene(MakeFlatScene({MakeBox({0, 0.25 + gap, 0}, {0.5, 0.5, 0.5})}));
+    std::vector<glm::vec3> points;
+    for (int i = 0; i < 200; ++i) points.emplace_back(-0.249 + 0.498 * i / 199, 0, 0.1);
+    const CpuReceivers receivers =
+        MakePointReceivers(points, std::vector<glm::vec3>(points.size(), glm::vec3(0, 1, 0)));
+    const TracedLight traced = Trace(*scene, Light(0.5), receivers, {.rays = 256});
+    EXPECT_EQ(*std::min_element(traced.hidden.begin(), traced.hidden.end()), 1) << gap;
+  }
+}
+
+TEST(TraceLightTest, AStopComesBackSoon) {
+  const RealScene s5("S5");
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point asked_last = Clock::now();
+  double longest_ms = 0;
+  int asked = 0;
+  const auto traced = TraceLight(*s5.rays, s5.request.lights[0], s5.receivers, {.rays = 16384}, [&]() -> absl::Status {
+    longest_ms = std::max(longest_ms, std::chrono::duration<double, std::milli>(Clock::now() - asked_last).count());
+    asked_last = Clock::now();
+    return ++asked > 20 ? absl::CancelledError("enough") : absl::OkStatus();
+  });
+  EXPECT_THAT(traced, StatusIs(absl::StatusCode::kCancelled, "enough"));
+  EXPECT_EQ(asked, 21);
+  // Slabs are aimed at 10 ms; a loaded machine may double that, and again.
+  std::printf("longest time between two stop checks %.1f ms\n", longest_ms);
+  EXPECT_LE(longest_ms, 100);
+}
+
+TEST(TraceLightTest, NothingHidesWhereNothingCasts) {
+  const FlatScene empty = MakeFlatScene({MakePlate({0, 1, 0}, 0.8, 0.8)});
+  Pose pose = *BuildPose(empty, 0);
+  pose.instances[0].casts = false;
+  const auto scene = RayScene::Create(empty, pose, NoImages);
+  ASSERT_OK(scene);
+  const TracedLight traced = Trace(**scene, Light(1), GroundGrid(8, 1), {.rays = 16});
+  EXPECT_EQ(*std::max_element(traced.hidden.begin(), traced.hidden.end()), 0);
+}
+
+}  // namespace
+}  // namespace halfshade
