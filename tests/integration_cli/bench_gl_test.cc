@@ -16,7 +16,7 @@ TEST(BenchCommandTest, TheSmokeSuiteMeasuresEverySettingOfEveryMethod) {
   const Ran ran = RunHalfshade({"bench", "--suite", "smoke", "-o", "out"}, folder.path());
   ASSERT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_THAT(ran.out, testing::HasSubstr("mae_shad."));
-  std::ifstream file(folder.path() + "/out/bench.json");
+  std::ifstream file(folder.path() / "out/bench.json");
   const auto json = nlohmann::json::parse(file);
   ASSERT_EQ(json["cases"].size(), 1u);
   EXPECT_GE(json["cases"][0]["rows"].size(), 10u);
@@ -27,7 +27,7 @@ TEST(BenchCommandTest, TheSmokeSuiteMeasuresEverySettingOfEveryMethod) {
   }
   for (const auto& curve : json["curves"]) EXPECT_EQ(curve["failure"], "") << curve;
   for (const char* name : {"index.html", "bench.csv", "bench.txt"}) {
-    EXPECT_TRUE(std::ifstream(folder.path() + "/out/" + name).good()) << name;
+    EXPECT_TRUE(std::ifstream(folder.path() / "out" / name).good()) << name;
   }
 }
 
