@@ -210,8 +210,7 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
   if (name == "quick") {
     for (const char* scene : {"S1", "S2", "S3", "S5"}) suite.cases.push_back(MakeCase({.scene = scene}));
     ASSIGN_OR_RETURN(suite.settings, MakeSettings(QuickSettings(), methods));
-    suite.effort.reference_rays = 512;
-    suite.effort.measures_warm = false;
+    suite.effort.reference_rays = 2048;
     return suite;
   }
   if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick and full"));
