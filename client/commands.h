@@ -25,6 +25,13 @@ struct RenderCommand {
   bool prints_request = false;
 };
 
+// Of the service in this process; results go into `folder`.
+struct BenchCommand {
+  std::vector<std::string> scenes;  // files, or view files; empty: the suite
+  std::string suite = "quick";      // quick, full; smoke for tests
+  std::string folder;
+};
+
 struct CompareCommand {
   std::string reference;
   std::string tested;
@@ -42,5 +49,6 @@ absl::Status RunScene(const GlobalFlags& global, const std::string& scene);
 absl::Status RunInfo(const GlobalFlags& global);
 absl::Status RunHealth(const GlobalFlags& global);
 absl::Status RunDoctor(const GlobalFlags& global);
+absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command);
 
 }  // namespace halfshade

@@ -17,12 +17,13 @@ struct CommandLine {
   GlobalFlags global;
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
+  BenchCommand bench;
   CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "batch", "sample", "bench"};
+constexpr const char* kLater[] = {"plan", "batch", "sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -80,6 +81,17 @@ void AddRender(CLI::App* app, CommandLine* line) {
   render->callback([line] { line->run = [line] { return RunRender(line->global, line->render); }; });
 }
 
+void AddBench(CLI::App* app, CommandLine* line) {
+  CLI::App* bench = app->add_subcommand("bench", "error against time of every method, measured here");
+  auto* scenes = bench->add_option("SCENE", line->bench.scenes, "scene files, or view files (.json); none: the suite");
+  bench->add_option("--suite", line->bench.suite, "quick (3 minutes on two cores), full (an hour) or smoke")
+      ->check(CLI::IsMember({"quick", "full", "smoke"}))
+      ->excludes(scenes);
+  bench->add_option("-o,--output", line->bench.folder, "folder for index.html, bench.txt, bench.csv and bench.json")
+      ->required();
+  bench->callback([line] { line->run = [line] { return RunBench(line->global, line->bench); }; });
+}
+
 void AddQuery(CLI::App* app, CommandLine* line) {
   CLI::App* query =
       app->add_subcommand("query", "visibility of every light from points: a line a point, a value a light");
@@ -131,6 +143,7 @@ absl::Status Run(int argc, char** argv) {
   app.fallthrough();
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
+  AddBench(&app, &line);
   AddQuery(&app, &line);
   AddCompare(&app, &line);
   AddOthers(&app, &line);

@@ -64,6 +64,10 @@ const std::vector<Room> kRooms = {
      {"halfshade/v1/", "renderer/gl/context.h", "renderer/image/", "renderer/math/", "renderer/plan/",
       "renderer/renderer.h", "renderer/scene/flat_scene.h", "renderer/scene/pose.h", "renderer/scene_loader/"}},
     {"client/", {"halfshade/v1/", "server/digest.h", "server/scene_name.h"}},
+    {"client/bench/",
+     {"client/", "halfshade/v1/", "renderer/image/", "server/digest.h", "server/encode.h", "server/scene_name.h",
+      "tests/support/scene_makers.h"}},
+    {"client/commands_bench.cc", {"halfshade/v1/", "client/bench/", "renderer/image/"}},
     {"client/image_file", {"renderer/image/image.h"}},
     {"client/commands_compare.cc", {"renderer/image/"}},
     {"client/client.h", {"halfshade/v1/", "server/server.h"}},                  // the service in the client's process

@@ -313,10 +313,6 @@ TEST_F(ServiceTest, WhatIsNotThereYetSaysSoByName) {
   const grpc::Status status = renders_->PlanRender(&context, {}, &response);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
   EXPECT_EQ(status.error_message(), "RenderService.PlanRender is not available in this version");
-  grpc::ClientContext query_context;
-  v1::QueryVisibilityResponse visibility;
-  EXPECT_EQ(renders_->QueryVisibility(&query_context, {}, &visibility).error_message(),
-            "RenderService.QueryVisibility is not available in this version");
 }
 
 TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {

@@ -284,7 +284,7 @@ TEST_F(RenderCommandTest, AQueryPrintsALineAPointAndAValueALight) {
                                           "--light",
                                           "center=0,4,0 edge_u=1,0,0 edge_v=0,0,1 direction=0,-1,0",
                                           "--light",
-                                          "center=3,4,0 edge_u=1,0,0 edge_v=0,0,1 direction=0,-1,0",
+                                          "center=6,4,0 edge_u=1,0,0 edge_v=0,0,1 direction=0,-1,0",
                                           "--method",
                                           "ray",
                                           "--set",

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,7 @@ struct TestMethod {
   std::string name;
   MethodOptions options;
 };
+inline void PrintTo(const TestMethod& method, std::ostream* out) { *out << method.name; }
 std::vector<TestMethod> TestMethods();
 inline std::string TestMethodName(const testing::TestParamInfo<TestMethod>& info) { return info.param.name; }
 

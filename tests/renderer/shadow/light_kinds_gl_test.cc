@@ -187,8 +187,8 @@ TEST(TwoSidedTruthTest, BehindAPlateOnEitherSideVisibilityIsTheClosedForm) {
   }
 }
 
-// Unshadowed light on a white, rough floor and ceiling. Of a dielectric of roughness 1 the specular is 4 % and nearly as wide
-// as the diffuse: the whole is Lambert's within 1 % (renderer/shade has the exact truth of each kind).
+// Unshadowed light on a white, rough floor and ceiling. Of a dielectric of roughness 1 the specular is 4 % and nearly
+// as wide as the diffuse: the whole is Lambert's within 1 % (renderer/shade has the exact truth of each kind).
 TEST(ShadedLightTest, AFrameIsTheClosedFormForEveryKindAndBothSides) {
   FlatScene scene = MakeFlatScene({MakePlate({0, -1, 0}, 8, 8), MakePlate({0, 1, 0}, 8, 8)});
   for (Material& material : scene.materials) material.base_color = glm::vec4(1);

@@ -1,0 +1,260 @@
+#include "client/bench/bench.h"
+
+#include <absl/strings/str_cat.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "client/bench/statistics.h"
+#include "renderer/status.h"
+
+namespace halfshade::bench {
+namespace {
+
+// One render's times and picture.
+struct Shot {
+  v1::RenderReport report;
+  Image visibility;  // of the first light
+};
+
+v1::RenderRequest VisibilityRequest(const Case& bench_case, const v1::Method& method, v1::CacheMode cache) {
+  v1::RenderRequest request = bench_case.request;
+  *request.mutable_method() = method;
+  request.set_cache(cache);
+  request.clear_outputs();
+  v1::Output* output = request.add_outputs();
+  output->set_kind(v1::OUTPUT_KIND_VISIBILITY);
+  output->set_encoding(v1::ENCODING_RAW_F32);
+  return request;
+}
+
+// The first channel of a raw float image.
+absl::StatusOr<Image> FirstChannel(const v1::OutputImage& raw) {
+  const size_t pixels = size_t(raw.width()) * raw.height();
+  if (raw.channels() == 0 || raw.data().size() != pixels * raw.channels() * sizeof(float)) {
+    return absl::InternalError(absl::StrCat("an image of ", raw.data().size(), " bytes for ", raw.width(), "x",
+                                            raw.height(), "x", raw.channels()));
+  }
+  Image image(int(raw.width()), int(raw.height()), 1);
+  for (size_t i = 0; i < pixels; ++i) {
+    std::memcpy(image.data() + i, raw.data().data() + i * raw.channels() * sizeof(float), sizeof(float));
+  }
+  return image;
+}
+
+absl::StatusOr<Shot> Shoot(Client& client, const v1::RenderRequest& request) {
+  ASSIGN_OR_RETURN(v1::RenderResponse response, client.Render(request, nullptr));
+  Shot shot;
+  ASSIGN_OR_RETURN(shot.visibility, FirstChannel(response.images(0)));
+  shot.report = std::move(*response.mutable_report());
+  return shot;
+}
+
+double WallMs(const v1::Timing& timing) { return timing.total_ms() - timing.encode_ms() - timing.digest_ms(); }
+
+v1::Method RayMethod(uint32_t rays) {
+  v1::Method method;
+  method.mutable_ray()->set_rays(rays);
+  return method;
+}
+
+// What every method pays alike: the G-buffer, asked for by an output that needs no light.
+absl::StatusOr<double> PrimaryCpuMs(Client& client, const Case& bench_case, int repetitions) {
+  v1::RenderRequest request = bench_case.request;
+  request.clear_outputs();
+  v1::Output* output = request.add_outputs();
+  output->set_kind(v1::OUTPUT_KIND_DEPTH);
+  output->set_encoding(v1::ENCODING_RAW_F32);
+  std::vector<double> cpu_ms;
+  for (int i = 0; i <= repetitions; ++i) {
+    ASSIGN_OR_RETURN(const v1::RenderResponse response, client.Render(request, nullptr));
+    if (i > 0) cpu_ms.push_back(response.report().timing().cpu_ms());
+  }
+  return Median(cpu_ms);
+}
+
+// Where something is drawn that faces part of the first light: v > 0 once nothing casts. [height][width][1], 1 or 0.
+absl::StatusOr<Image> FacingMask(Client& client, const Case& bench_case, const v1::Scene& scene) {
+  v1::Method hard;
+  hard.mutable_hard();
+  v1::RenderRequest request = VisibilityRequest(bench_case, hard, v1::CACHE_MODE_USE);
+  for (int node = 0; node < scene.node_names_size(); ++node) {
+    v1::NodeOverride* no_shadow = request.add_node_overrides();
+    no_shadow->set_index(uint32_t(node));
+    no_shadow->set_casts(false);
+  }
+  v1::Output* ids = request.add_outputs();
+  ids->set_kind(v1::OUTPUT_KIND_OBJECT_ID);
+  ids->set_encoding(v1::ENCODING_RAW_F32);
+  ASSIGN_OR_RETURN(const v1::RenderResponse response, client.Render(request, nullptr));
+  ASSIGN_OR_RETURN(Image mask, FirstChannel(response.images(0)));
+  ASSIGN_OR_RETURN(const Image id, FirstChannel(response.images(1)));
+  for (size_t i = 0; i < mask.size(); ++i) mask.data()[i] = float(mask.data()[i] > 0 && id.data()[i] > 0);
+  return mask;
+}
+
+// The mean of two halves with seeds of their own, and how far they are apart.
+absl::Status MeasureReference(Client& client, const Case& bench_case, uint32_t rays, CaseResult* result) {
+  Image halves[2];
+  for (uint32_t half = 0; half < 2; ++half) {
+    v1::RenderRequest request = VisibilityRequest(bench_case, RayMethod(rays / 2), v1::CACHE_MODE_USE);
+    request.set_seed(bench_case.request.seed() + 1000 + half);
+    ASSIGN_OR_RETURN(Shot shot, Shoot(client, request));
+    halves[half] = std::move(shot.visibility);
+    result->reference_cpu_ms += shot.report.timing().cpu_ms();
+  }
+  result->reference = Image(halves[0].width(), halves[0].height(), 1);
+  for (size_t i = 0; i < halves[0].size(); ++i) {
+    result->reference.data()[i] = (halves[0].data()[i] + halves[1].data()[i]) / 2;
+  }
+  ASSIGN_OR_RETURN(const ImageError between, Compare(halves[0], halves[1], &result->mask));
+  result->reference_noise = between.mae_shadowed.value_or(0) / 2;
+  return absl::OkStatus();
+}
+
+// Another camera under the same light.
+void MoveCamera(int step, v1::RenderRequest* request) {
+  if (!request->camera().has_look_at()) return;
+  v1::Vec3* eye = request->mutable_camera()->mutable_look_at()->mutable_eye();
+  const v1::Vec3& target = request->camera().look_at().target();
+  const double share = 1e-3 * step;
+  eye->set_x(eye->x() + share * (eye->z() - target.z()));
+  eye->set_z(eye->z() - share * (eye->x() - target.x()));
+}
+
+struct Samples {
+  std::vector<double> cpu_ms, wall_ms, light_ms, resolve_ms, warm_cpu_ms;
+};
+
+void Add(const v1::Timing& timing, Samples* samples) {
+  samples->cpu_ms.push_back(timing.cpu_ms());
+  samples->wall_ms.push_back(WallMs(timing));
+  samples->light_ms.push_back(timing.light_ms());
+  samples->resolve_ms.push_back(timing.resolve_ms());
+}
+
+// The warming shot of a row: its error, and what it skips.
+absl::Status Judge(const Shot& shot, const CaseResult& result, Row* row) {
+  const Image& reference = result.reference;
+  ASSIGN_OR_RETURN(row->error, Compare(reference, shot.visibility, &result.mask));
+  row->difference = Image(reference.width(), reference.height(), 1);
+  for (size_t i = 0; i < reference.size(); ++i) {
+    row->difference.data()[i] = shot.visibility.data()[i] - reference.data()[i];
+  }
+  for (const v1::Pass& pass : shot.report.passes()) {
+    if (pass.skipped()) row->skipped.push_back(pass.name() + ": " + pass.reason());
+  }
+  return absl::OkStatus();
+}
+
+void MarkFront(std::vector<Row>* rows) {
+  std::vector<double> cost, error;
+  std::vector<Row*> whole;
+  for (Row& row : *rows) {
+    if (!row.failure.empty()) continue;
+    cost.push_back(row.shadow_cpu_ms);
+    error.push_back(row.error.mae_shadowed.value_or(0));
+    whole.push_back(&row);
+  }
+  const std::vector<bool> is_on_front = ParetoFront(cost, error);
+  for (size_t i = 0; i < whole.size(); ++i) whole[i]->is_on_front = is_on_front[i];
+}
+
+absl::StatusOr<std::string> RenderFrame(Client& client, const Case& bench_case) {
+  v1::RenderRequest request = bench_case.request;
+  request.mutable_method()->mutable_multi_map()->set_k(64);
+  request.clear_outputs();
+  request.add_outputs()->set_encoding(v1::ENCODING_PNG);
+  ASSIGN_OR_RETURN(const v1::RenderResponse response, client.Render(request, nullptr));
+  return response.images(0).data();
+}
+
+}  // namespace
+
+absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, const std::vector<Setting>& settings,
+                                       const Effort& effort, Progress& progress) {
+  CaseResult result;
+  result.name = bench_case.name;
+  ASSIGN_OR_RETURN(const v1::Scene scene, client.UploadScene(bench_case.files));
+  ASSIGN_OR_RETURN(result.mask, FacingMask(client, bench_case, scene));
+  ASSIGN_OR_RETURN(result.frame_png, RenderFrame(client, bench_case));
+  ASSIGN_OR_RETURN(result.primary_cpu_ms, PrimaryCpuMs(client, bench_case, effort.repetitions));
+  RETURN_IF_ERROR(MeasureReference(client, bench_case, effort.reference_rays, &result));
+  std::vector<Samples> samples(settings.size());
+  for (const Setting& setting : settings) result.rows.emplace_back().setting = setting;
+  for (int repetition = 0; repetition <= effort.repetitions; ++repetition) {
+    for (size_t i = 0; i < settings.size(); ++i) {
+      Row& row = result.rows[i];
+      if (!row.failure.empty()) continue;
+      progress.Show(bench_case.name.c_str(),
+                    double(repetition * settings.size() + i) / double((effort.repetitions + 1) * settings.size()));
+      const auto cold = Shoot(client, VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
+      if (!cold.ok()) {
+        row.failure = cold.status().ToString();
+        continue;
+      }
+      if (repetition == 0) {
+        RETURN_IF_ERROR(Judge(*cold, result, &row));
+      } else {
+        Add(cold->report.timing(), &samples[i]);
+      }
+      if (!effort.measures_warm) continue;
+      v1::RenderRequest moved = VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_USE);
+      MoveCamera(repetition + 1, &moved);
+      const auto warm = Shoot(client, moved);
+      if (warm.ok() && repetition > 0) samples[i].warm_cpu_ms.push_back(warm->report.timing().cpu_ms());
+    }
+  }
+  for (size_t i = 0; i < settings.size(); ++i) {
+    Row& row = result.rows[i];
+    if (!row.failure.empty()) continue;
+    row.cpu_ms = Median(samples[i].cpu_ms);
+    row.wall_ms = Median(samples[i].wall_ms);
+    row.light_ms = Median(samples[i].light_ms);
+    row.resolve_ms = Median(samples[i].resolve_ms);
+    row.shadow_cpu_ms = std::max(0.0, row.cpu_ms - result.primary_cpu_ms);
+    if (!samples[i].warm_cpu_ms.empty()) row.warm_cpu_ms = Median(samples[i].warm_cpu_ms);
+  }
+  MarkFront(&result.rows);
+  return result;
+}
+
+std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const std::vector<Case>& cases,
+                                 const std::vector<double>& x, const std::vector<Setting>& settings, int repetitions,
+                                 Progress& progress) {
+  std::vector<Curve> curves(settings.size());
+  for (size_t i = 0; i < settings.size(); ++i) {
+    curves[i].work = work;
+    curves[i].setting = settings[i];
+    curves[i].x = x;
+  }
+  for (size_t c = 0; c < cases.size(); ++c) {
+    progress.Show(work.c_str(), double(c) / double(cases.size()));
+    std::vector<std::vector<double>> cpu_ms(settings.size());
+    absl::Status status = client.UploadScene(cases[c].files).status();
+    const auto primary_ms = status.ok() ? PrimaryCpuMs(client, cases[c], repetitions) : status;
+    for (int repetition = 0; repetition <= repetitions; ++repetition) {
+      for (size_t i = 0; i < settings.size(); ++i) {
+        if (!curves[i].failure.empty()) continue;
+        const auto shot = primary_ms.ok()
+                              ? Shoot(client, VisibilityRequest(cases[c], settings[i].options, v1::CACHE_MODE_REFRESH))
+                              : primary_ms.status();
+        if (!shot.ok()) {
+          curves[i].failure = cases[c].name + ": " + shot.status().ToString();
+        } else if (repetition > 0) {
+          cpu_ms[i].push_back(shot->report.timing().cpu_ms());
+        }
+      }
+    }
+    for (size_t i = 0; i < settings.size(); ++i) {
+      // A cost below the clock's own noise counts as that.
+      if (curves[i].failure.empty()) curves[i].cpu_ms.push_back(std::max(0.1, Median(cpu_ms[i]) - *primary_ms));
+    }
+  }
+  for (Curve& curve : curves) {
+    if (curve.failure.empty() && curve.x.size() > 1) curve.exponent = PowerLawExponent(curve.x, curve.cpu_ms);
+  }
+  return curves;
+}
+
+}  // namespace halfshade::bench

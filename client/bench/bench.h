@@ -1,0 +1,88 @@
+// The bench: every method and setting on every scene, error against time, in one process and one run.
+//
+// The service of this process renders; settings take turns within a repetition, so that drift of the machine meets all
+// of them alike. Times are medians: CPU milliseconds of all threads (RenderReport.timing.cpuMs) and wall milliseconds
+// (totalMs less encoding and digest). Error is that of visibility against RAY (renderer/image/compare.h).
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/client.h"
+#include "client/progress.h"
+#include "client/scene_files.h"
+#include "halfshade/v1/render.pb.h"
+#include "renderer/image/compare.h"
+#include "renderer/image/image.h"
+
+namespace halfshade::bench {
+
+// One scene under one light.
+struct Case {
+  std::string name;  // "S2 light .20", "spot"
+  SceneFiles files;
+  v1::RenderRequest request;  // scene, camera, lights, ground, width, height
+};
+
+// One method with its options.
+struct Setting {
+  std::string method;  // "multi_map"
+  std::string label;   // "k=64 map_size=1024"
+  v1::Method options;
+};
+
+struct Effort {
+  int repetitions = 7;  // timed ones; a first one warms up
+  uint32_t reference_rays = 4096;
+  bool measures_warm = true;  // also with light data kept and the camera moved
+};
+
+struct Row {
+  Setting setting;
+  std::string failure;  // the status where it failed; then nothing below holds
+  ImageError error;
+  double cpu_ms = 0;  // cold: light data and resolve, `cache: REFRESH`
+  double wall_ms = 0;
+  double shadow_cpu_ms = 0;          // cpu_ms less the case's primary visibility
+  double light_ms = 0;               // wall, of it
+  double resolve_ms = 0;             // wall, of it
+  double warm_cpu_ms = 0;            // same light, another camera; 0: not measured
+  std::vector<std::string> skipped;  // "pass: reason"
+  bool is_on_front = false;          // no other row of the case is both cheaper and more exact
+  Image difference;                  // visibility less the reference's
+};
+
+struct CaseResult {
+  std::string name;
+  double primary_cpu_ms = 0;   // primary visibility alone: what all rows share
+  double reference_noise = 0;  // mean |a - b| / 2 of its two halves, over shadowed pixels
+  double reference_cpu_ms = 0;
+  Image mask;             // 1 where something is drawn that faces part of the light: what errors are taken over
+  Image reference;        // visibility of the first light
+  std::string frame_png;  // what the scene looks like
+  std::vector<Row> rows;
+};
+
+// Renders the case in every setting. A setting that fails is a row; an error comes back where the reference fails.
+absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, const std::vector<Setting>& settings,
+                                       const Effort& effort, Progress& progress);
+
+// Cost against one kind of work.
+struct Curve {
+  std::string work;  // "triangles", "pixels", ...
+  Setting setting;
+  std::string failure;
+  std::vector<double> x;
+  std::vector<double> cpu_ms;  // shadow cost
+  double exponent = 0;         // of the power law through them
+};
+
+// `cases` hold growing work, `x` its amounts: the settings take turns over all of them.
+std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const std::vector<Case>& cases,
+                                 const std::vector<double>& x, const std::vector<Setting>& settings, int repetitions,
+                                 Progress& progress);
+
+}  // namespace halfshade::bench

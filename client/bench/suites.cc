@@ -1,0 +1,265 @@
+#include "client/bench/suites.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "client/exit_code.h"
+#include "client/field_text.h"
+#include "client/view_file.h"
+#include "renderer/status.h"
+#include "server/digest.h"
+#include "server/scene_name.h"
+#include "tests/support/scene_makers.h"
+
+namespace halfshade::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uint32_t kWidth = 640, kHeight = 360;
+
+struct SettingText {
+  const char* method;
+  std::vector<std::string> options;  // "key=value"
+};
+
+absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>& texts,
+                                                  const std::vector<std::string>& methods) {
+  std::vector<Setting> settings;
+  for (const SettingText& text : texts) {
+    if (std::find(methods.begin(), methods.end(), text.method) == methods.end()) continue;
+    Setting& setting = settings.emplace_back();
+    setting.method = text.method;
+    setting.label = absl::StrJoin(text.options, " ");
+    const auto* field = v1::Method::descriptor()->FindFieldByName(text.method);
+    google::protobuf::Message* options = setting.options.GetReflection()->MutableMessage(&setting.options, field);
+    for (const std::string& option : text.options) {
+      const size_t equals = option.find('=');
+      const std::string key = option.substr(0, equals);
+      const auto* option_field = options->GetDescriptor()->FindFieldByName(key);
+      if (option_field == nullptr) return absl::InternalError(absl::StrCat(text.method, " has no option ", key));
+      RETURN_IF_ERROR(SetFieldFromText(options, *option_field, key, option.substr(equals + 1)));
+    }
+  }
+  return settings;
+}
+
+// The baselines at the settings that a rival would be taken at; a method's own issue adds its rows.
+const std::vector<SettingText>& FullSettings() {
+  static const std::vector<SettingText> settings = {
+      {"hard", {"map_size=1024"}},
+      {"pcss", {"blocker_taps=7", "filter_taps=15"}},
+      {"pcss", {"blocker_taps=7", "filter_taps=15", "skip=false"}},
+      {"pcss", {"blocker_taps=11", "filter_taps=21"}},
+      {"pcss", {"blocker_taps=29", "filter_taps=41"}},
+      {"multi_map", {"k=4", "map_size=512"}},
+      {"multi_map", {"k=16", "map_size=512"}},
+      {"multi_map", {"k=16", "map_size=1024"}},
+      {"multi_map", {"k=64", "map_size=512"}},
+      {"multi_map", {"k=64", "map_size=1024"}},
+      {"ray", {"rays=4"}},
+      {"ray", {"rays=16"}},
+      {"ray", {"rays=64"}},
+      {"ray", {"rays=256"}},
+      {"ray", {"rays=256", "adaptive=true", "stop_error=0.03"}},
+      {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
+      {"ray", {"rays=1024", "adaptive=true", "stop_error=0.003"}},
+  };
+  return settings;
+}
+
+const std::vector<SettingText>& QuickSettings() {
+  static const std::vector<SettingText> settings = {
+      {"hard", {"map_size=1024"}},
+      {"pcss", {"blocker_taps=7", "filter_taps=15"}},
+      {"multi_map", {"k=16", "map_size=512"}},
+      {"multi_map", {"k=64", "map_size=512"}},
+      {"ray", {"rays=4"}},
+      {"ray", {"rays=16"}},
+      {"ray", {"rays=64"}},
+      {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
+  };
+  return settings;
+}
+
+const std::vector<SettingText>& CurveSettings() {
+  static const std::vector<SettingText> settings = {
+      {"hard", {"map_size=1024"}},
+      {"pcss", {"blocker_taps=7", "filter_taps=15"}},
+      {"multi_map", {"k=16", "map_size=512"}},
+      {"ray", {"rays=16"}},
+      {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
+  };
+  return settings;
+}
+
+void SetVec3(const glm::dvec3& from, v1::Vec3* to) {
+  to->set_x(from.x);
+  to->set_y(from.y);
+  to->set_z(from.z);
+}
+
+// The scene's own request, on the wire.
+v1::RenderRequest ToProto(const RenderRequest& plain) {
+  v1::RenderRequest request;
+  v1::LookAt* camera = request.mutable_camera()->mutable_look_at();
+  SetVec3(plain.camera.eye_ws, camera->mutable_eye());
+  SetVec3(plain.camera.target_ws, camera->mutable_target());
+  SetVec3(plain.camera.up_ws, camera->mutable_up());
+  camera->set_fovy_deg(std::atan(plain.camera.tan_half_fovy) * 360 / M_PI);
+  for (const AreaLight& light : plain.lights) {
+    v1::AreaLight* out = request.add_lights();
+    SetVec3(light.center_ws, out->mutable_center());
+    SetVec3(light.axis_u_ws * light.width_m, out->mutable_edge_u());
+    SetVec3(light.axis_v_ws * light.height_m, out->mutable_edge_v());
+  }
+  if (plain.ground) {
+    request.mutable_ground()->set_height_m(plain.ground->height_m);
+    request.mutable_ground()->set_size_m(plain.ground->size_m);
+  }
+  return request;
+}
+
+struct MadeCase {
+  const char* scene;
+  double light_share = 0.2;
+  uint32_t triangles = 0;
+  uint32_t width = kWidth, height = kHeight;
+  int lights = 1;
+};
+
+Case MakeCase(const MadeCase& made) {
+  SceneOptions options;
+  options.light_share = made.light_share;
+  options.triangles = made.triangles;
+  const MadeScene scene = MakeScene(made.scene, options);
+  Case result;
+  result.name = absl::StrFormat("%s light %g", made.scene, made.light_share);
+  result.files.root.bytes = WriteGlb(scene.meshes);
+  result.files.root.digest = Sha256Hex(result.files.root.bytes);
+  result.files.name = SceneName(result.files.root.digest, {});
+  result.request = ToProto(RequestFor(scene));
+  for (int i = 1; i < made.lights; ++i) {
+    *result.request.add_lights() = result.request.lights(0);
+    v1::Vec3* center = result.request.mutable_lights(i)->mutable_center();
+    center->set_x(center->x() + 0.1 * i);
+  }
+  result.request.set_scene(result.files.name);
+  result.request.set_width(made.width);
+  result.request.set_height(made.height);
+  return result;
+}
+
+CurvePlan MakeCurve(const std::string& work, const std::vector<MadeCase>& cases, const std::vector<double>& x) {
+  CurvePlan plan;
+  plan.work = work;
+  plan.x = x;
+  for (const MadeCase& made : cases) plan.cases.push_back(MakeCase(made));
+  return plan;
+}
+
+std::vector<CurvePlan> FullCurves() {
+  std::vector<CurvePlan> curves;
+  curves.push_back(MakeCurve("triangles",
+                             {{.scene = "S6", .triangles = 1000},
+                              {.scene = "S6", .triangles = 10000},
+                              {.scene = "S6", .triangles = 100000},
+                              {.scene = "S6", .triangles = 1000000}},
+                             {1e3, 1e4, 1e5, 1e6}));
+  curves.push_back(MakeCurve("light size",
+                             {{.scene = "S5", .light_share = 0.01},
+                              {.scene = "S5", .light_share = 0.05},
+                              {.scene = "S5", .light_share = 0.2},
+                              {.scene = "S5", .light_share = 1}},
+                             {0.01, 0.05, 0.2, 1}));
+  curves.push_back(MakeCurve("pixels",
+                             {{.scene = "S5", .width = 320, .height = 180},
+                              {.scene = "S5", .width = 640, .height = 360},
+                              {.scene = "S5", .width = 1280, .height = 720}},
+                             {57600, 230400, 921600}));
+  curves.push_back(MakeCurve("lights",
+                             {{.scene = "S5", .width = 320, .height = 180},
+                              {.scene = "S5", .width = 320, .height = 180, .lights = 4},
+                              {.scene = "S5", .width = 320, .height = 180, .lights = 16}},
+                             {1, 4, 16}));
+  return curves;
+}
+
+absl::StatusOr<Case> CaseOfView(const fs::path& view) {
+  Case result;
+  result.name = view.stem().string();
+  RETURN_IF_ERROR(ApplyViewFile(view.string(), &result.request));
+  ASSIGN_OR_RETURN(result.files, ReadSceneFiles(result.request.scene()));
+  result.request.set_scene(result.files.name);
+  result.request.set_width(kWidth);
+  result.request.set_height(kHeight);
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::string>& methods,
+                                const std::string& scene_folder) {
+  Suite suite;
+  if (name == "quick") {
+    for (const char* scene : {"S1", "S2", "S3", "S5"}) suite.cases.push_back(MakeCase({.scene = scene}));
+    ASSIGN_OR_RETURN(suite.settings, MakeSettings(QuickSettings(), methods));
+    suite.effort.reference_rays = 512;
+    suite.effort.measures_warm = false;
+    return suite;
+  }
+  if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick and full"));
+  for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
+    for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
+  }
+  suite.cases.push_back(MakeCase({.scene = "S7"}));
+  if (!scene_folder.empty()) {
+    // Everyday models of 3 k to 100 k triangles, and two with alpha masks or a room around the light.
+    for (const char* view : {"spot", "graveyard", "camp", "garage", "trees_masked", "nefertiti", "flight_helmet"}) {
+      ASSIGN_OR_RETURN(Case real, CaseOfView(fs::path(scene_folder) / "views" / absl::StrCat(view, ".json")));
+      suite.cases.push_back(std::move(real));
+    }
+  }
+  ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
+  suite.curves = FullCurves();
+  ASSIGN_OR_RETURN(suite.curve_settings, MakeSettings(CurveSettings(), methods));
+  return suite;
+}
+
+absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
+  Suite suite;
+  suite.cases.push_back(MakeCase({.scene = "S3", .width = 64, .height = 36}));
+  ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
+  suite.curves.push_back(MakeCurve(
+      "pixels", {{.scene = "S3", .width = 32, .height = 18}, {.scene = "S3", .width = 64, .height = 36}}, {576, 2304}));
+  ASSIGN_OR_RETURN(suite.curve_settings, MakeSettings(CurveSettings(), methods));
+  suite.effort = {.repetitions = 1, .reference_rays = 64, .measures_warm = true};
+  return suite;
+}
+
+absl::StatusOr<Suite> MakeSceneSuite(const std::vector<std::string>& paths, const std::vector<std::string>& methods) {
+  Suite suite;
+  for (const std::string& path : paths) {
+    if (fs::path(path).extension() == ".json") {
+      ASSIGN_OR_RETURN(Case view, CaseOfView(path));
+      suite.cases.push_back(std::move(view));
+      continue;
+    }
+    Case& own = suite.cases.emplace_back();
+    own.name = fs::path(path).stem().string();
+    ASSIGN_OR_RETURN(own.files, ReadSceneFiles(path));
+    own.request.set_scene(own.files.name);
+    own.request.set_width(kWidth);
+    own.request.set_height(kHeight);
+  }
+  ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
+  return suite;
+}
+
+}  // namespace halfshade::bench

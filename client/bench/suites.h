@@ -1,0 +1,40 @@
+// What the bench measures: which scenes, lights, methods and settings.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <string>
+#include <vector>
+
+#include "client/bench/bench.h"
+
+namespace halfshade::bench {
+
+// A curve to measure: cases of growing work.
+struct CurvePlan {
+  std::string work;
+  std::vector<Case> cases;
+  std::vector<double> x;
+};
+
+struct Suite {
+  std::vector<Case> cases;
+  std::vector<Setting> settings;
+  std::vector<CurvePlan> curves;
+  std::vector<Setting> curve_settings;
+  Effort effort;
+};
+
+// "quick": four classes under one light, in three minutes on two cores. "full": all classes under lights of .05, .2
+// and .5 of the occluders' extent, the views of `scene_folder` (a folder with scenes/ and views/; "" for none), and
+// curves, within an hour. `methods`: those that the server has; others are left out.
+absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::string>& methods,
+                                const std::string& scene_folder);
+
+// One repetition at a small size: that nothing is broken, not how fast it is.
+absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods);
+
+// A user's own scenes, as the renderer frames them, in the settings of "full".
+absl::StatusOr<Suite> MakeSceneSuite(const std::vector<std::string>& paths, const std::vector<std::string>& methods);
+
+}  // namespace halfshade::bench

@@ -1,0 +1,145 @@
+#include "client/bench/tables.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
+#include <absl/strings/str_replace.h>
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+namespace halfshade::bench {
+namespace {
+
+std::string Quoted(const std::string& text) {
+  return absl::StrCat("\"", absl::StrReplaceAll(text, {{"\"", "\"\""}}), "\"");
+}
+
+// Every figure by name; NaN: of an empty set.
+std::vector<std::pair<const char*, double>> NamedFigures(const ImageError& error) {
+  const auto value = [](const std::optional<double>& figure) {
+    return figure.value_or(std::numeric_limits<double>::quiet_NaN());
+  };
+  return {{"mae_shadowed", value(error.mae_shadowed)},
+          {"mae_penumbra", value(error.mae_penumbra)},
+          {"mae_all", value(error.mae_all)},
+          {"rmse_all", value(error.rmse_all)},
+          {"psnr_all", value(error.psnr_all)},
+          {"ssim_all", value(error.ssim_all)},
+          {"p999", value(error.p999)},
+          {"max", value(error.max)}};
+}
+
+// Cheapest first, failed ones last.
+std::vector<const Row*> InOrder(const CaseResult& result) {
+  std::vector<const Row*> rows;
+  for (const Row& row : result.rows) rows.push_back(&row);
+  std::stable_sort(rows.begin(), rows.end(), [](const Row* a, const Row* b) {
+    if (a->failure.empty() != b->failure.empty()) return a->failure.empty();
+    return a->shadow_cpu_ms < b->shadow_cpu_ms;
+  });
+  return rows;
+}
+
+nlohmann::ordered_json ToJson(const Row& row) {
+  nlohmann::ordered_json json = {{"method", row.setting.method}, {"options", row.setting.label}};
+  if (!row.failure.empty()) {
+    json["failure"] = row.failure;
+    return json;
+  }
+  for (const auto& [name, value] : NamedFigures(row.error)) json[name] = value;
+  json.update({{"shadow_cpu_ms", row.shadow_cpu_ms},
+               {"cpu_ms", row.cpu_ms},
+               {"wall_ms", row.wall_ms},
+               {"light_ms", row.light_ms},
+               {"resolve_ms", row.resolve_ms},
+               {"warm_cpu_ms", row.warm_cpu_ms},
+               {"on_front", row.is_on_front},
+               {"skipped", row.skipped}});
+  return json;
+}
+
+}  // namespace
+
+std::string ToTable(const Results& results) {
+  std::string text;
+  for (const auto& [name, value] : results.head) absl::StrAppendFormat(&text, "%-12s %s\n", name, value);
+  for (const CaseResult& result : results.cases) {
+    absl::StrAppendFormat(&text,
+                          "\n%s: primary visibility %.1f CPU-ms; reference noise %.5f\n"
+                          "  %-10s %-44s %9s %9s %8s %9s %8s %8s %7s\n",
+                          result.name, result.primary_cpu_ms, result.reference_noise, "method", "options", "shadow",
+                          "warm", "wall", "mae_shad.", "mae_pen.", "p999", "max");
+    for (const Row* row : InOrder(result)) {
+      if (!row->failure.empty()) {
+        absl::StrAppendFormat(&text, "  %-10s %-44s %s\n", row->setting.method, row->setting.label, row->failure);
+        continue;
+      }
+      absl::StrAppendFormat(&text, "%s %-10s %-44s %9.1f %9.1f %8.1f %9.5f %8.5f %8.4f %7.4f\n",
+                            row->is_on_front ? "*" : " ", row->setting.method, row->setting.label, row->shadow_cpu_ms,
+                            row->warm_cpu_ms, row->wall_ms, row->error.mae_shadowed.value_or(0),
+                            row->error.mae_penumbra.value_or(0), row->error.p999.value_or(0),
+                            row->error.max.value_or(0));
+    }
+  }
+  for (const Curve& curve : results.curves) {
+    absl::StrAppendFormat(&text, "\n%s, %s %s: ", curve.work, curve.setting.method, curve.setting.label);
+    if (!curve.failure.empty()) {
+      absl::StrAppend(&text, curve.failure);
+      continue;
+    }
+    for (size_t i = 0; i < curve.x.size(); ++i) {
+      absl::StrAppendFormat(&text, "%g: %.1f ms, ", curve.x[i], curve.cpu_ms[i]);
+    }
+    absl::StrAppendFormat(&text, "exponent %.2f", curve.exponent);
+  }
+  return text + "\n";
+}
+
+std::string ToCsv(const Results& results) {
+  std::string text = "case,method,options,failure,shadow_cpu_ms,cpu_ms,wall_ms,light_ms,resolve_ms,warm_cpu_ms";
+  for (const auto& [name, value] : NamedFigures(ImageError())) absl::StrAppend(&text, ",", name);
+  text += ",reference_noise,on_front\n";
+  for (const CaseResult& result : results.cases) {
+    for (const Row& row : result.rows) {
+      absl::StrAppend(&text, Quoted(result.name), ",", row.setting.method, ",", Quoted(row.setting.label), ",",
+                      Quoted(row.failure));
+      absl::StrAppendFormat(&text, ",%.3f,%.3f,%.3f,%.3f,%.3f,%.3f", row.shadow_cpu_ms, row.cpu_ms, row.wall_ms,
+                            row.light_ms, row.resolve_ms, row.warm_cpu_ms);
+      for (const auto& [name, value] : NamedFigures(row.error)) absl::StrAppendFormat(&text, ",%.8g", value);
+      absl::StrAppendFormat(&text, ",%.8g,%d\n", result.reference_noise, row.is_on_front);
+    }
+  }
+  return text;
+}
+
+std::string ToJsonText(const Results& results) {
+  nlohmann::ordered_json json;
+  for (const auto& [name, value] : results.head) json["head"][name] = value;
+  json["cases"] = nlohmann::ordered_json::array();
+  for (const CaseResult& result : results.cases) {
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const Row& row : result.rows) rows.push_back(ToJson(row));
+    json["cases"].push_back({{"name", result.name},
+                             {"primary_cpu_ms", result.primary_cpu_ms},
+                             {"reference_noise", result.reference_noise},
+                             {"reference_cpu_ms", result.reference_cpu_ms},
+                             {"rows", rows}});
+  }
+  json["curves"] = nlohmann::ordered_json::array();
+  for (const Curve& curve : results.curves) {
+    json["curves"].push_back({{"work", curve.work},
+                              {"method", curve.setting.method},
+                              {"options", curve.setting.label},
+                              {"failure", curve.failure},
+                              {"x", curve.x},
+                              {"shadow_cpu_ms", curve.cpu_ms},
+                              {"exponent", curve.exponent}});
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace halfshade::bench

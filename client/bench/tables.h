@@ -1,0 +1,26 @@
+// The bench's results as text: a table for people, CSV and JSON for programs. Pure.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "client/bench/bench.h"
+
+namespace halfshade::bench {
+
+// The machine and build that the times belong to, as (name, value) lines.
+using Head = std::vector<std::pair<std::string, std::string>>;
+
+struct Results {
+  Head head;
+  std::vector<CaseResult> cases;
+  std::vector<Curve> curves;
+};
+
+// Per case: settings from cheap to dear, a mark at those that none beats in both cost and error.
+std::string ToTable(const Results& results);
+// One line per case and setting, failed ones included; a header line.
+std::string ToCsv(const Results& results);
+std::string ToJsonText(const Results& results);
+
+}  // namespace halfshade::bench

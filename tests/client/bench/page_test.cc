@@ -1,0 +1,80 @@
+#include "client/bench/page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "client/bench/plot.h"
+#include "tests/support/status_matchers.h"
+
+namespace halfshade::bench {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Results Made() {
+  Row good;
+  good.setting = {"multi_map", "k=4", {}};
+  good.cpu_ms = 12;
+  good.shadow_cpu_ms = 10;
+  good.error.mae_shadowed = 0.02;
+  good.is_on_front = true;
+  good.difference = Image(2, 2, 1);
+  Row bad;
+  bad.setting = {"pcss", "taps=\"7\"", {}};
+  bad.failure = "INTERNAL: <broken>";
+  CaseResult result;
+  result.name = "S1 & light";
+  result.primary_cpu_ms = 2;
+  result.reference = Image(2, 2, 1);
+  result.rows = {bad, good};
+  Curve curve;
+  curve.work = "pixels";
+  curve.setting = good.setting;
+  curve.x = {10, 100};
+  curve.cpu_ms = {1, 10};
+  curve.exponent = 1;
+  return {{{"cpu", "a \"fast\" one"}}, {result}, {curve}};
+}
+
+TEST(PageTest, ShowsFailuresFrontsAndCurvesAndEscapesText) {
+  const auto html = ToHtml(Made());
+  ASSERT_OK(html);
+  EXPECT_THAT(*html, HasSubstr("INTERNAL: &lt;broken&gt;"));
+  EXPECT_THAT(*html, HasSubstr("S1 &amp; light"));
+  EXPECT_THAT(*html, HasSubstr("<tr class=front><td class=l>multi_map"));
+  EXPECT_THAT(*html, HasSubstr("data:image/png;base64,"));
+  EXPECT_THAT(*html, HasSubstr("<td>1.00</tr>"));
+  EXPECT_THAT(*html, Not(HasSubstr("http")));  // self-contained
+}
+
+TEST(TablesTest, AFailedSettingIsARowInEveryForm) {
+  EXPECT_THAT(ToTable(Made()), HasSubstr("INTERNAL: <broken>"));
+  EXPECT_THAT(ToCsv(Made()), HasSubstr("\"S1 & light\",pcss,\"taps=\"\"7\"\"\",\"INTERNAL: <broken>\""));
+  const auto json = nlohmann::json::parse(ToJsonText(Made()));
+  EXPECT_EQ(json["cases"][0]["rows"][0]["failure"], "INTERNAL: <broken>");
+  EXPECT_EQ(json["cases"][0]["rows"][1]["mae_shadowed"], 0.02);
+  EXPECT_EQ(json["curves"][0]["exponent"], 1);
+}
+
+TEST(TablesTest, EveryLineOfTheCsvHasAsManyFieldsAsItsHeader) {
+  const std::string csv = ToCsv(Made());
+  const std::string header = csv.substr(0, csv.find('\n'));
+  const std::string last = csv.substr(csv.rfind('\n', csv.size() - 2) + 1);
+  EXPECT_EQ(std::count(last.begin(), last.end(), ','), std::count(header.begin(), header.end(), ','));
+}
+
+TEST(PlotTest, PutsADecadeAtItsPlaceAndLeavesOutWhatHasNoLogarithm) {
+  Plot plot;
+  plot.series = {{"a", {{1, 0.01, "one"}, {100, 1, "two"}, {0, 1, "none"}}, true}};
+  const std::string svg = ToSvg(plot);
+  // The plot's area is x 64..430, y 316 (low) to 12 (high).
+  EXPECT_THAT(svg, HasSubstr("<circle cx='64.0' cy='316.0'"));
+  EXPECT_THAT(svg, HasSubstr("<circle cx='430.0' cy='12.0'"));
+  EXPECT_THAT(svg, Not(HasSubstr("none</title>")));
+}
+
+}  // namespace
+}  // namespace halfshade::bench
