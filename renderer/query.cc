@@ -23,7 +23,7 @@ absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const Regist
                                            const Receivers& receivers, const AreaLight& side, uint64_t* count) {
   if (data == nullptr) return FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
   ASSIGN_OR_RETURN(const OcclusionSum sum, method.method->ResolveOcclusion(draw, *data, receivers, request.method));
-  *count = data->MapsRedrawn() + sum.rays;
+  *count = data->MapsRedrawn() + sum.count;
   if (std::holds_alternative<std::vector<float>>(sum.sums)) {
     return FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
   }
