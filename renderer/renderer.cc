@@ -175,7 +175,7 @@ class Frame {
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
       if (computes) {
         ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
-        report_.passes.back().count = data->MapsRedrawn();
+        report_.passes.back().count = data->MapsRedrawn() + occlusion.count;
       }
       ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
       return absl::OkStatus();

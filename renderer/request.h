@@ -75,7 +75,18 @@ struct RayOptions {
   bool is_adaptive = false;
   float stop_error = 0.005f;  // of adaptive rays, in (0, 1)
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions>;
+enum class FilterWeights : uint8_t {
+  kMean,      // a rectangular light
+  kGaussian,  // as wide in its deviation: a disc light
+};
+struct PcssOptions {
+  int map_size = 1024;   // texels a side, 16..8192
+  int blocker_taps = 7;  // a side of the blocker search, odd, 1..63
+  int filter_taps = 15;  // a side of the filter, odd, 1..127
+  FilterWeights weights = FilterWeights::kMean;
+  bool skips = true;  // tiles that a min/max pyramid proves lit or dark; the same bits either way
+};
+using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher

@@ -68,7 +68,8 @@ absl::Status WarmUp(Renderer& renderer) {
   light.width_m = light.height_m = 0.5;
   light.radiance = light.intensity = glm::vec3(1);
   request.lights = {light};
-  for (const MethodOptions& method : {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16})}) {
+  for (const MethodOptions& method :
+       {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1})}) {
     for (const OutputKind kind : {OutputKind::kFrame, OutputKind::kVisibility}) {
       request.method = method;
       request.outputs = {kind};

@@ -35,6 +35,14 @@ void SetOptions(const RenderReport& report, v1::Method* method) {
       case Field::CPPTYPE_BOOL:
         reflection->SetBool(options, field, value == "true");
         break;
+      case Field::CPPTYPE_ENUM: {
+        // "MEAN" of FILTER_WEIGHTS_MEAN: the names end with it.
+        for (int i = 0; i < field->enum_type()->value_count(); ++i) {
+          const auto* named = field->enum_type()->value(i);
+          if (named->name().ends_with("_" + value)) reflection->SetEnum(options, field, named);
+        }
+        break;
+      }
       default:
         break;
     }

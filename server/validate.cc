@@ -231,6 +231,9 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   if (const auto* hard = std::get_if<HardOptions>(&request.method)) add(hard->map_size);
   if (const auto* multi_map = std::get_if<MultiMapOptions>(&request.method)) add(multi_map->k, multi_map->map_size);
   if (const auto* ray = std::get_if<RayOptions>(&request.method)) add(ray->rays, ray->is_adaptive, ray->stop_error);
+  if (const auto* pcss = std::get_if<PcssOptions>(&request.method)) {
+    add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
+  }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);

@@ -8,6 +8,37 @@ constexpr int kMinMapSize = 16;
 constexpr int kMaxMapSize = 8192;
 constexpr int kMaxMaps = 4096;
 constexpr int kMaxRays = 65536;
+constexpr int kMaxBlockerTaps = 63;
+constexpr int kMaxFilterTaps = 127;
+
+// Of a window with a tap in its middle.
+absl::Status CheckTaps(const std::string& field, uint32_t taps, int most, int* result) {
+  RETURN_IF_ERROR(CheckRange(field, taps, 1, most));
+  if (taps % 2 == 0) return FieldError(field, std::to_string(taps) + "; must be odd");
+  *result = int(taps);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<PcssOptions> CheckPcss(const v1::PcssOptions& asked) {
+  PcssOptions options;
+  if (asked.has_map_size()) {
+    RETURN_IF_ERROR(CheckRange("method.pcss.map_size", asked.map_size(), kMinMapSize, kMaxMapSize));
+    options.map_size = int(asked.map_size());
+  }
+  if (asked.has_blocker_taps()) {
+    RETURN_IF_ERROR(
+        CheckTaps("method.pcss.blocker_taps", asked.blocker_taps(), kMaxBlockerTaps, &options.blocker_taps));
+  }
+  if (asked.has_filter_taps()) {
+    RETURN_IF_ERROR(CheckTaps("method.pcss.filter_taps", asked.filter_taps(), kMaxFilterTaps, &options.filter_taps));
+  }
+  if (!v1::FilterWeights_IsValid(asked.weights())) {
+    return FieldError("method.pcss.weights", std::to_string(asked.weights()) + "; no such weights");
+  }
+  if (asked.weights() == v1::FILTER_WEIGHTS_GAUSSIAN) options.weights = FilterWeights::kGaussian;
+  if (asked.has_skip()) options.skips = asked.skip();
+  return options;
+}
 
 }  // namespace
 
@@ -54,6 +85,11 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
         options.stop_error = stop_error;
       }
       result->method = options;
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kPcss: {
+      ASSIGN_OR_RETURN(result->method, CheckPcss(method.pcss()));
       result->method_reason = "asked for";
       return absl::OkStatus();
     }

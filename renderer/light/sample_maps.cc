@@ -3,6 +3,7 @@
 #include <glad/gl.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "renderer/gl/framebuffer.h"
@@ -68,6 +69,14 @@ uint64_t SampleMaps::SizeBytes() const {
   uint64_t bytes = points_.size() * sizeof(glm::dvec2) + (occluders_ == nullptr ? 0 : occluders_->SizeBytes());
   for (const Batch& batch : batches_) bytes += batch.maps.SizeBytes();
   return bytes;
+}
+
+SampleMaps::FrontMap SampleMaps::front_map() const {
+  const Batch& batch = batches_[0];
+  assert(maps_left_out_ == 0 && batch.side == 0);
+  const Window window = WindowOf(0, points_[0]);
+  return {&batch.maps,           map_size_,      glm::dvec2(window.u0, window.v0) - 0.5 * batch.slope_per_texel,
+          batch.slope_per_texel, hull_.z_near(), hull_.NeedsSideWindows() ? hull_.FrontSlope() : 0};
 }
 
 absl::StatusOr<gl::Texture> SampleMaps::MakeLayers(const DrawContext& draw) const {

@@ -36,6 +36,17 @@ class SampleMaps : public LightData {
   // R32F [height][width]: how many points are hidden from each receiver, those at or below its tangent plane included.
   absl::StatusOr<gl::Texture> CountHidden(const DrawContext& draw, const Receivers& receivers) const;
 
+  // The map in front of the first point, where all maps are kept (asserted).
+  struct FrontMap {
+    const gl::Texture* maps = nullptr;  // depth w z_near; layer 0
+    int map_size = 0;
+    glm::dvec2 first_center{0};  // of the first texel, in slopes
+    glm::dvec2 slope_per_texel{0};
+    double z_near = 0;
+    double side_slope = 0;  // where side maps take over; 0: every occluder is in this map
+  };
+  FrontMap front_map() const;
+
   int point_count() const { return int(points_.size()); }
   uint64_t SizeBytes() const override;
   uint64_t MapsDrawn() const override { return maps_kept_; }

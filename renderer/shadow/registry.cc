@@ -1,6 +1,7 @@
 #include "renderer/renderer.h"
 #include "renderer/shadow/hard/hard.h"
 #include "renderer/shadow/multi_map/multi_map.h"
+#include "renderer/shadow/pcss/pcss.h"
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
 
@@ -10,7 +11,9 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const HardMethod hard;
   static const MultiMapMethod multi_map;
   static const RayMethod ray;
-  static const std::vector<RegisteredMethod> methods = {{"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}};
+  static const PcssMethod pcss;
+  static const std::vector<RegisteredMethod> methods = {
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}};
   return methods;
 }
 

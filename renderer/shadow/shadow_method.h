@@ -50,6 +50,7 @@ struct LightInputs {
 struct OcclusionSum {
   std::variant<gl::Texture, std::vector<float>> sums;
   float full_sum = 1;
+  uint64_t count = 0;  // what the report says of its pass: rays traced, tiles resolved
 };
 
 class ShadowMethod {

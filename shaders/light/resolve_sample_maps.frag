@@ -9,12 +9,11 @@
 //   would shadow itself in texels whose centre lies beyond it.
 // A sample at or below the tangent plane is hidden.
 #include "common/receiver.glsl"
+#include "light/map_texel.glsl"
 
 layout(location = 0) out float hidden_samples;
 
 const int kMaxBatch = 64;
-const float kUlp = 1.1920929e-7;
-const float kSteepest = 8.0;  // slopes against the light's plane that are carried on; steeper ones are silhouettes
 
 uniform sampler2DArray maps;
 uniform int sample_count;
@@ -64,23 +63,12 @@ void main() {
     const bool counts_horizon = true;
 #endif
     vec2 texel = (q.xy * receiver_w - light_sample.zw) * texels_per_slope + 0.5;
-    vec2 cell = clamp(floor(texel), 0.0, map_size - 1.0);
-    vec2 from_center = texel - 0.5 - cell;
-    // One gather at the corner that the texel shares with its neighbours away from the receiver.
-    bvec2 is_before = lessThan(from_center, vec2(0.0));
-    vec4 quad = textureGather(maps, vec3((cell + vec2(is_before)) / map_size, float(i)));
-    vec2 own_row = is_before.y ? quad.wz : quad.xy;
-    vec2 other_row = is_before.y ? quad.xy : quad.wz;
-    float depth = is_before.x ? own_row.x : own_row.y;  // w z_near
-    vec2 away = is_before.x ? vec2(own_row.y, other_row.x) : vec2(own_row.x, other_row.y);
-    vec2 fall = min(away - depth, kSteepest * depth * slope_per_texel);
-    float depth_here = depth - dot(max(fall, 0.0), abs(from_center));
-    bool is_nearer = depth_here > z_near * receiver_w;
-    // normal . (x - s) = -height on the tangent plane, so its w toward (u, v) is -(normal . (u, v, 1)) / height.
+    MapTexel shown = FetchMapTexel(maps, float(i), map_size, slope_per_texel, texel);
+    bool is_nearer = shown.depth_here > z_near * receiver_w;
+    // normal . (x - s) = -height on the tangent plane.
     float height = dot(normal, s) - receiver.offset;
-    float occluder_w = depth / z_near;
-    float above = occluder_w * (height * (1.0 - 4.0 * kUlp) - receiver.error) +
-                  dot(normal.xy, light_sample.zw + cell * slope_per_texel) + normal.z;
+    float above = HeightAbovePlane(shown.depth / z_near, light_sample.zw + shown.cell * slope_per_texel, height,
+                                   receiver.error, normal);
     bool is_occluded = is_in_map && is_nearer && above > slack;
     hidden += height > 0.0 ? float(is_occluded) : float(counts_horizon);
   }

@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstring>
 #include <mutex>
 #include <thread>
 
@@ -70,6 +71,21 @@ class FakeRenderer : public Renderer {
           {kind, Image(request.width, request.height, kind == OutputKind::kFrame ? 4 : int(request.lights.size()))});
     }
     result.report.method = "multi_map";
+    return result;
+  }
+  // Of each point and light: its place in the answer.
+  absl::StatusOr<QueryResult> QueryVisibility(const std::string&, const FlatScene&, const RenderRequest& request,
+                                              const QueryPoints& points, const StopCheck& stop) override {
+    const auto end = Clock::now() + std::chrono::milliseconds(render_ms);
+    do {
+      if (const absl::Status status = stop(); !status.ok()) return status;
+      std::this_thread::sleep_for(1ms);
+    } while (Clock::now() < end);
+    QueryResult result;
+    for (size_t i = 0; i < points.points_ws.size() * request.lights.size(); ++i) {
+      result.visibility.push_back(float(i));
+    }
+    result.report.method = "ray";
     return result;
   }
   void ForgetScene(const std::string&) override {}
@@ -307,6 +323,39 @@ TEST_F(ServiceTest, DrainLetsTheCallUnderWayFinishAndTakesNoMore) {
   EXPECT_EQ(Render(Request(scene)).error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
+TEST_F(ServiceTest, AQueryOfPointsComesBackInOrderAndStopsWhenItIsTooLate) {
+  v1::QueryVisibilityRequest query;
+  *query.mutable_request() = Request(MakeScene());
+  const std::vector<float> coordinates = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  query.set_points(coordinates.data(), coordinates.size() * sizeof(float));
+  const auto ask = [&](std::chrono::milliseconds time, v1::QueryVisibilityResponse* response) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + time);
+    return renders_->QueryVisibility(&context, query, response);
+  };
+  v1::QueryVisibilityResponse response;
+  const grpc::Status status = ask(10s, &response);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  ASSERT_EQ(response.visibility().size(), 3 * sizeof(float));
+  std::vector<float> values(3);
+  std::memcpy(values.data(), response.visibility().data(), response.visibility().size());
+  EXPECT_EQ(values, std::vector<float>({0, 1, 2}));
+  EXPECT_EQ(response.report().method(), "ray");
+  EXPECT_EQ(response.report().gl_renderer(), "fake");
+
+  render_ms = 1000;
+  const auto begin = Clock::now();
+  EXPECT_EQ(ask(100ms, &response).error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+  render_ms = 0;
+  EXPECT_TRUE(ask(10s, &response).ok()) << "the context is free again";
+  EXPECT_LT(Clock::now() - begin, 900ms);
+
+  query.mutable_points()->pop_back();
+  const grpc::Status refused = ask(10s, &response);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(refused.error_message(), "points: 35 bytes; must be a multiple of 12");
+}
+
 TEST_F(ServiceTest, WhatIsNotThereYetSaysSoByName) {
   grpc::ClientContext context;
   v1::PlanRenderResponse response;
@@ -321,7 +370,7 @@ TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {
   ASSERT_TRUE(v1::ServerService::NewStub(channel_)->GetServerInfo(&context, {}, &info).ok());
   EXPECT_EQ(info.limits().queue(), 2u);
   EXPECT_EQ(info.contexts(0).gl_renderer(), "fake");
-  EXPECT_THAT(info.methods(), testing::ElementsAre("hard", "multi_map", "ray"));
+  EXPECT_THAT(info.methods(), testing::ElementsAre("hard", "multi_map", "ray", "pcss"));
 }
 
 TEST(HttpTest, ReadinessFollowsTheFlagAndLivenessDoesNot) {

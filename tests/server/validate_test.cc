@@ -187,6 +187,32 @@ std::vector<Row> Rows() {
       {"KOne", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(1); }, ok, ""},
       {"KHigh", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(4097); }, bad,
        "method.multi_map.k: 4097; must be 1 to 4096"},
+      {"PcssMapSizeLow", [](Request& r) { r.mutable_method()->mutable_pcss()->set_map_size(15); }, bad,
+       "method.pcss.map_size: 15; must be 16 to 8192"},
+      {"PcssTapsOne",
+       [](Request& r) {
+         r.mutable_method()->mutable_pcss()->set_blocker_taps(1);
+         r.mutable_method()->mutable_pcss()->set_filter_taps(1);
+       },
+       ok, ""},
+      {"PcssTapsMost",
+       [](Request& r) {
+         r.mutable_method()->mutable_pcss()->set_blocker_taps(63);
+         r.mutable_method()->mutable_pcss()->set_filter_taps(127);
+       },
+       ok, ""},
+      {"PcssBlockerTapsHigh", [](Request& r) { r.mutable_method()->mutable_pcss()->set_blocker_taps(65); }, bad,
+       "method.pcss.blocker_taps: 65; must be 1 to 63"},
+      {"PcssBlockerTapsEven", [](Request& r) { r.mutable_method()->mutable_pcss()->set_blocker_taps(8); }, bad,
+       "method.pcss.blocker_taps: 8; must be odd"},
+      {"PcssFilterTapsZero", [](Request& r) { r.mutable_method()->mutable_pcss()->set_filter_taps(0); }, bad,
+       "method.pcss.filter_taps: 0; must be 1 to 127"},
+      {"PcssFilterTapsHigh", [](Request& r) { r.mutable_method()->mutable_pcss()->set_filter_taps(129); }, bad,
+       "method.pcss.filter_taps: 129; must be 1 to 127"},
+      {"PcssWeightsUnknown", [](Request& r) { r.mutable_method()->mutable_pcss()->set_weights(v1::FilterWeights(9)); },
+       bad, "method.pcss.weights: 9; no such weights"},
+      {"PcssGaussian", [](Request& r) { r.mutable_method()->mutable_pcss()->set_weights(v1::FILTER_WEIGHTS_GAUSSIAN); },
+       ok, ""},
       {"RaysZero", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(0); }, bad,
        "method.ray.rays: 0; must be 1 to 65536"},
       {"RaysOne", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(1); }, ok, ""},

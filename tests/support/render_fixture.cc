@@ -90,7 +90,10 @@ Image RenderVisibility(const FlatScene& scene, RenderRequest request, RenderRepo
 }
 
 std::vector<TestMethod> TestMethods() {
-  return {{"hard", HardOptions{512}}, {"multi_map", MultiMapOptions{32, 512}}, {"ray", RayOptions{64}}};
+  return {{"hard", HardOptions{512}},
+          {"multi_map", MultiMapOptions{32, 512}},
+          {"ray", RayOptions{64}},
+          {"pcss", PcssOptions{512, 7, 15}}};
 }
 
 }  // namespace halfshade

@@ -148,7 +148,8 @@ TEST_P(LightCacheTest, RefreshLooksAtNothingAndReplaces) {
 }
 
 TEST_P(LightCacheTest, WhatDoesNotFitIsDrawnAgainToTheSameBytesAndSaysSo) {
-  if (!DrawsMaps()) return;
+  if (!DrawsMaps() || std::holds_alternative<PcssOptions>(GetParam().options))
+    return;  // it keeps one map while it lasts
   const RenderResult all = Render();
   const uint64_t bytes = Cache(all, "light[0]/light_data").bytes;
   const uint64_t maps = Pass(all, "light[0]/light_data").count;
