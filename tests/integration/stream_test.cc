@@ -267,8 +267,8 @@ TEST_F(StreamTest, AReaderThatStallsIsToldSoWhenItReadsOn) {
   grpc::ClientContext context;
   const auto stream = renders_->RenderStream(&context, request_);
   v1::RenderStreamResponse part;
-  ASSERT_TRUE(stream->Read(&part));
-  while (renders_begun == 0) std::this_thread::sleep_for(1ms);
+  ASSERT_TRUE(stream->Read(&part));  // the plan
+  ASSERT_TRUE(stream->Read(&part));  // the header: from here on only the reader is waited for
   std::this_thread::sleep_for(1800ms);
   size_t bytes = 0;
   while (stream->Read(&part)) bytes += part.chunk().size();
