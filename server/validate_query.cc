@@ -18,7 +18,7 @@ constexpr double kUnitTolerance = 1e-3;
 // Packed x, y, z. `bytes` is a whole number of points.
 std::vector<glm::vec3> Unpack(const std::string& bytes) {
   std::vector<glm::vec3> points(bytes.size() / kPointBytes);
-  std::memcpy(points.data(), bytes.data(), bytes.size());
+  if (!bytes.empty()) std::memcpy(points.data(), bytes.data(), bytes.size());
   return points;
 }
 
