@@ -229,17 +229,9 @@ class Frame {
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
     }
-    if (occlusion != nullptr) {
-      std::vector<float> read_back;
-      const auto* sums = std::get_if<std::vector<float>>(&occlusion->sums);
-      if (sums == nullptr) {
-        read_back.resize(pixels);
-        RETURN_IF_ERROR(std::get<gl::Texture>(occlusion->sums).ReadFloats(read_back.data(), pixels));
-        sums = &read_back;
-      }
-      const float largest = *std::max_element(sums->begin(), sums->end());
-      report_.max_sum = std::max(report_.max_sum, double(largest / occlusion->full_sum));
-    }
+    if (occlusion == nullptr) return absl::OkStatus();
+    ASSIGN_OR_RETURN(const double largest, LargestFraction(*occlusion, pixels));
+    report_.max_sum = std::max(report_.max_sum, largest);
     return absl::OkStatus();
   }
 

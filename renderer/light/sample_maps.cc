@@ -35,7 +35,7 @@ absl::StatusOr<std::unique_ptr<SampleMaps>> SampleMaps::Create(const DrawContext
   const int layers_that_fit = int(std::clamp<uint64_t>(kBatchBytes / map_bytes, 1, kMaxBatch));
   maps->layers_ = std::min(maps->point_count(), layers_that_fit);
   for (int side = 0; side < 5; ++side) {
-    // The front batches come even without occluders: they count samples below the horizon.
+    // The front batches come even without occluders: they count samples above the horizon.
     if (side > 0 && !maps->hull_.ReachesSide(side)) continue;
     const glm::dvec2 slope_per_texel = maps->SlopePerTexel(side);
     for (int first = 0; first < maps->point_count(); first += maps->layers_) {
@@ -164,7 +164,7 @@ absl::Status SampleMaps::ResolveBatch(const DrawContext& draw, const Batch& batc
 
 absl::StatusOr<gl::Texture> SampleMaps::CountHidden(const DrawContext& draw, const Receivers& receivers) const {
   const GladGLContext& gl = draw.context->gl();
-  ASSIGN_OR_RETURN(gl::Texture sums, gl::Texture::Create2D(*draw.context, GL_R32F, receivers.width, receivers.height));
+  ASSIGN_OR_RETURN(gl::Texture sums, gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
   ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&sums}));
   gl::Texture scratch;
   for (size_t i = 0; i < batches_.size(); ++i) {

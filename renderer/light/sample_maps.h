@@ -33,7 +33,7 @@ class SampleMaps : public LightData {
                                                             const AreaLight& light, std::vector<glm::dvec2> points,
                                                             int map_size, uint64_t max_bytes);
 
-  // R32F [height][width]: how many points are hidden from each receiver, those at or below its tangent plane included.
+  // RG32F [height][width]: how many points are hidden from each receiver, of how many above its tangent plane.
   absl::StatusOr<gl::Texture> CountHidden(const DrawContext& draw, const Receivers& receivers) const;
 
   // The map in front of the first point, where all maps are kept (asserted).

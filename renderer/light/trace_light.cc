@@ -118,7 +118,11 @@ class LightTracer {
       if (options_.is_adaptive) active = WhereToGoOn(active, round.last);
     }
     result.hidden.resize(receivers_.size());
-    for (size_t i = 0; i < receivers_.size(); ++i) result.hidden[i] = HiddenShare(i);
+    result.visibility.resize(receivers_.size(), 1);
+    for (size_t i = 0; i < receivers_.size(); ++i) {
+      result.hidden[i] = HiddenFraction(i);
+      if (receivers_.IsReceiving(i)) result.visibility[i] = tallies_[i].share * (1 - result.hidden[i]);
+    }
     return result;
   }
 
@@ -226,11 +230,11 @@ class LightTracer {
     return false;
   }
 
-  float HiddenShare(size_t index) const {
+  float HiddenFraction(size_t index) const {
     const Tally& tally = tallies_[index];
     if (!receivers_.IsReceiving(index)) return 0;
     if (tally.above == 0) return 1;
-    return 1 - tally.share * (float(tally.visible) / float(tally.above));
+    return float(tally.above - tally.visible) / float(tally.above);
   }
 
   const RayScene& scene_;

@@ -27,8 +27,10 @@ struct TraceOptions {
 };
 
 struct TracedLight {
-  std::vector<float> hidden;  // hidden share of the light's area, one a receiver; 0 where nothing receives
-  uint64_t rays = 0;          // traced
+  // One a receiver.
+  std::vector<float> visibility;  // seen share of the light's area; 1 where nothing receives
+  std::vector<float> hidden;      // hidden fraction, in [0,1], of the part of the light above the receiver's plane
+  uint64_t rays = 0;              // traced
 };
 
 // The same numbers whatever the threads. `stop` is asked on the calling thread about every 10 ms; its error comes back.

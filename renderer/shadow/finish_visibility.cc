@@ -58,9 +58,27 @@ std::vector<float> FinishVisibilityOnCpu(const OcclusionSum* occlusion, const Cp
     if (!receiver.is_receiving) continue;
     const float hidden =
         occlusion != nullptr ? std::get<std::vector<float>>(occlusion->sums)[i] / occlusion->full_sum : 0;
-    visibility[i] = std::min(std::clamp(1 - hidden, 0.0f, 1.0f), float(CutAtPlane(light, receivers, receiver).share));
+    visibility[i] = std::clamp(1 - hidden, 0.0f, 1.0f) * float(CutAtPlane(light, receivers, receiver).share);
   }
   return visibility;
+}
+
+absl::StatusOr<double> LargestFraction(const OcclusionSum& occlusion, size_t receivers) {
+  const bool has_own_full_sums = occlusion.full_sum == 0;
+  const size_t channels = has_own_full_sums ? 2 : 1;
+  std::vector<float> read_back;
+  const auto* sums = std::get_if<std::vector<float>>(&occlusion.sums);
+  if (sums == nullptr) {
+    read_back.resize(receivers * channels);
+    RETURN_IF_ERROR(std::get<gl::Texture>(occlusion.sums).ReadFloats(read_back.data(), read_back.size()));
+    sums = &read_back;
+  }
+  double largest = 0;
+  for (size_t i = 0; i < sums->size(); i += channels) {
+    const float full = has_own_full_sums ? (*sums)[i + 1] : occlusion.full_sum;
+    if (full > 0) largest = std::max(largest, double((*sums)[i] / full));
+  }
+  return largest;
 }
 
 }  // namespace halfshade

@@ -11,7 +11,7 @@
 
 namespace halfshade {
 
-// RG32F [height][width]: v = min(clamp(1 - sum/full), share), and the share of the light's area above the receiver's
+// RG32F [height][width]: v = share clamp(1 - sum/full), and the share of the light's area above the receiver's
 // plane (0: it faces away or stands behind the light; -1: nothing is drawn there, or it does not receive: v = 1).
 // `occlusion` null: nothing hides the light, v is the share.
 absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const OcclusionSum* occlusion,
@@ -20,5 +20,8 @@ absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const Occl
 // The same v in memory, for sums in memory (null: nothing hides the light) and receivers in memory; no GL.
 std::vector<float> FinishVisibilityOnCpu(const OcclusionSum* occlusion, const CpuReceivers& receivers,
                                          const AreaLight& light);
+
+// The largest sum / full sum before it is clamped. Waits for the drawing.
+absl::StatusOr<double> LargestFraction(const OcclusionSum& occlusion, size_t receivers);
 
 }  // namespace halfshade

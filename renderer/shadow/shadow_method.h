@@ -45,11 +45,12 @@ struct LightInputs {
   uint64_t max_light_data_bytes = 0;
 };
 
-// What a method returns before the door: occlusion as a sum. Hidden fraction of the light = sum / full_sum.
-// One per receiver, where the method works: an R32F texture, or in memory, [height][width].
+// What a method returns before the door: occlusion as a sum, of the part of the light above the receiver's plane.
+// Hidden fraction of that part = sum / full_sum. One per receiver, where the method works: an R32F texture, or in
+// memory, [height][width]; or an RG32F texture with the receiver's own full sum beside it (0: all of it is hidden).
 struct OcclusionSum {
   std::variant<gl::Texture, std::vector<float>> sums;
-  float full_sum = 1;
+  float full_sum = 1;  // 0: it stands beside each sum
   uint64_t count = 0;  // what the report says of its pass: rays traced, tiles resolved
 };
 

@@ -7,11 +7,11 @@
 // - Nearer: where the receiver stands in the texel, not at its centre. The surface is carried there by its slope, known
 //   from the neighbours away from the receiver, where it falls off toward the receiver: else every slightly concave crease
 //   would shadow itself in texels whose centre lies beyond it.
-// A sample at or below the tangent plane is hidden.
+// Only samples above the tangent plane count.
 #include "common/receiver.glsl"
 #include "light/map_texel.glsl"
 
-layout(location = 0) out float hidden_samples;
+layout(location = 0) out vec2 hidden_and_all;  // of the samples above the receiver's plane
 
 const int kMaxBatch = 64;
 
@@ -46,7 +46,7 @@ void main() {
 #endif
   vec2 texels_per_slope = 1.0 / slope_per_texel;
   float slack = 1e-3 * dot(abs(normal.xy), slope_per_texel);
-  float hidden = 0.0;
+  vec2 counts = vec2(0.0);
   for (int i = 0; i < sample_count; ++i) {
     vec4 light_sample = samples[i];
 #ifdef SHARES_HALF_SPACE
@@ -54,13 +54,13 @@ void main() {
     vec3 q = position - s;
     float receiver_w = 1.0 / q.z;
     bool is_in_map = IsInSector(q);
-    bool counts_horizon = side == 0;  // once a sample
+    bool counts_sample = side == 0;  // once, whatever the number of maps
 #else
     // One map holds every occluder inside a border of empty texels: what lies outside is clamped to it.
     vec3 s = vec3(light_sample.xy, 0.0);
     vec3 q = position - s;
     const bool is_in_map = true;
-    const bool counts_horizon = true;
+    const bool counts_sample = true;
 #endif
     vec2 texel = (q.xy * receiver_w - light_sample.zw) * texels_per_slope + 0.5;
     MapTexel shown = FetchMapTexel(maps, float(i), map_size, slope_per_texel, texel);
@@ -70,7 +70,7 @@ void main() {
     float above = HeightAbovePlane(shown.depth / z_near, light_sample.zw + shown.cell * slope_per_texel, height,
                                    receiver.error, normal);
     bool is_occluded = is_in_map && is_nearer && above > slack;
-    hidden += height > 0.0 ? float(is_occluded) : float(counts_horizon);
+    counts += height > 0.0 ? vec2(is_occluded, counts_sample) : vec2(0.0);
   }
-  hidden_samples = receiver.is_drawn ? hidden : 0.0;
+  hidden_and_all = receiver.is_drawn ? counts : vec2(0.0, 1.0);
 }

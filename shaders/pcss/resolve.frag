@@ -1,17 +1,19 @@
-// PCSS: hidden share of the light from one map. The blockers that may hide part of the light are averaged in depth, and
+// PCSS: hidden fraction of the light above the receiver's plane, from one map. The blockers that may hide part of the light are averaged in depth, and
 // the map is filtered over the light's image at that depth (Fernando 2005; windows of Buades et al. 2015, eq. 1).
 #include "common/receiver.glsl"
 #include "light/map_texel.glsl"
 #include "pcss/windows.glsl"
 
-layout(location = 0) out float hidden_share;
+layout(location = 0) out float hidden_fraction;
 
 uniform sampler2DArray maps;
 uniform int blocker_taps;
 uniform int filter_taps;
 uniform bool is_gaussian;
 uniform float front_slope;        // 0: no occluder reaches beyond the map; else where the side maps begin
-uniform sampler2D hidden_center;  // 1 where the light's centre is hidden, from maps of all sides
+uniform sampler2D hidden_center;  // r: the light's centre is hidden; g: it stands above the plane. From maps of all sides
+
+const float kBelow = 1e-6;
 
 void main() {
   Receiver receiver = FetchReceiver(gl_FragCoord.xy);
@@ -55,12 +57,15 @@ void main() {
                                      receiver.error, normal);
       // Of a rectangle as wide as the window the deviation is width / sqrt(12).
       float weight = is_gaussian ? exp(-1.5 * dot(place, place)) : 1.0;
+      // A tap stands for a point of the light. Those below the plane decide only where there are no others.
+      weight *= height + dot(normal.xy, half_edges * place) > 0.0 ? 1.0 : kBelow;
       hidden += shown.depth_here > z_near * receiver_w && above > slack ? weight : 0.0;
       total += weight;
     }
   }
-  float share = total > 0.0 ? hidden / total : 0.0;
-  hidden_share = !receiver.is_receiving || receiver.position.z <= 0.0 ? 0.0
-                 : leaves_map ? texelFetch(hidden_center, ivec2(gl_FragCoord.xy), 0).r
-                              : share;
+  vec2 center = texelFetch(hidden_center, ivec2(gl_FragCoord.xy), 0).rg;
+  hidden_fraction = !receiver.is_receiving || receiver.position.z <= 0.0 ? 0.0
+                    : leaves_map                                         ? (center.g > 0.0 ? center.r : 1.0)
+                    : total > 0.0                                        ? hidden / total
+                                                                         : 0.0;
 }

@@ -1,20 +1,22 @@
 // The door of every shadow method: a sum becomes a visibility in [0,1], and the horizon is applied.
-// v = min(v of the method, share of the light above the receiver's plane); behind the light v = 0. What does not receive
-// has v = 1 everywhere.
+// v = share of the light above the receiver's plane, times what the method sees of that part; behind the light v = 0.
+// What does not receive has v = 1 everywhere.
 #include "common/receiver.glsl"
 #include "common/horizon.glsl"
 
 layout(location = 0) out vec2 visibility_and_share;  // share: of the light above the horizon; -1 where nothing receives
 
 uniform sampler2D hidden_sums;
-uniform float full_sum;        // the sum that hides the whole light
+uniform float full_sum;        // the sum that hides all of the part above; 0: it stands beside each sum
 uniform bool has_sums;         // false: nothing occludes
 uniform vec2 half_edges;
 
 void main() {
   Receiver receiver = FetchReceiver(gl_FragCoord.xy);
-  float hidden = has_sums ? texelFetch(hidden_sums, ivec2(gl_FragCoord.xy), 0).r / full_sum : 0.0;
+  vec2 sum = has_sums ? texelFetch(hidden_sums, ivec2(gl_FragCoord.xy), 0).rg : vec2(0.0, 1.0);
+  float full = has_sums && full_sum > 0.0 ? full_sum : sum.g;
+  float hidden = full > 0.0 ? sum.r / full : 1.0;
   float share = receiver.position.z > 0.0 ? ShareAbovePlane(half_edges, receiver.normal, receiver.offset) : 0.0;
-  float visibility = min(clamp(1.0 - hidden, 0.0, 1.0), share);
+  float visibility = share * clamp(1.0 - hidden, 0.0, 1.0);
   visibility_and_share = receiver.is_receiving ? vec2(visibility, share) : vec2(1.0, -1.0);
 }

@@ -21,6 +21,7 @@ absl::StatusOr<OcclusionSum> HardMethod::ResolveOcclusion(const DrawContext& dra
                                                           const Receivers& receivers, const MethodOptions&) const {
   OcclusionSum result;
   ASSIGN_OR_RETURN(result.sums, static_cast<const SampleMaps&>(data).CountHidden(draw, receivers));
+  result.full_sum = 0;
   return result;
 }
 

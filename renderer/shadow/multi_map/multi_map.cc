@@ -27,7 +27,7 @@ absl::StatusOr<OcclusionSum> MultiMapMethod::ResolveOcclusion(const DrawContext&
   const auto& maps = static_cast<const SampleMaps&>(data);
   OcclusionSum result;
   ASSIGN_OR_RETURN(result.sums, maps.CountHidden(draw, receivers));
-  result.full_sum = float(maps.point_count());
+  result.full_sum = 0;
   return result;
 }
 

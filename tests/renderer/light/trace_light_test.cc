@@ -103,7 +103,7 @@ TEST_P(ClosedFormsTest, RaysConvergeToThem) {
       for (size_t i = 0; i < grid.size(); ++i) {
         const glm::dvec3 at = grid.At(i).position_ws;
         const double truth = occluder.visibility({size / 2, size / 2}, {at.x, at.z, kLightHeight - at.y});
-        const double error = std::abs(1 - traced.hidden[i] - truth);
+        const double error = std::abs(traced.visibility[i] - truth);
         largest = std::max(largest, error);
         if (truth >= 1 - 1.0 / 512) continue;
         sum += error;
@@ -155,10 +155,10 @@ TEST(TraceLightTest, TwoSeedsDifferByTheNoiseThatIsExpected) {
     double difference = 0, expected = 0;
     int mixed = 0;
     for (size_t i = 0; i < a.hidden.size(); ++i) {
-      const double v = 1 - 0.5 * (a.hidden[i] + b.hidden[i]);
+      const double v = 0.5 * (a.visibility[i] + b.visibility[i]);
       if (v < 1.0 / 16 || v > 15.0 / 16) continue;
       ++mixed;
-      difference += std::abs(a.hidden[i] - b.hidden[i]) / std::sqrt(2.0);  // of one of them
+      difference += std::abs(a.visibility[i] - b.visibility[i]) / std::sqrt(2.0);  // of one of them
       expected += ExpectedTraceError(int(std::lround(v * rays)), rays, rays);
     }
     std::printf("%d rays: error of a set %.5f, expected %.5f (%d receivers)\n", rays, difference / mixed,
@@ -178,10 +178,10 @@ TEST(TraceLightTest, OneThreadAndTwoGiveTheSameBytes) {
       const TracedLight one = Trace(*made.rays, made.request.lights[0], made.receivers, options);
       options.threads = 2;
       const TracedLight two = Trace(*made.rays, made.request.lights[0], made.receivers, options);
-      EXPECT_EQ(one.hidden, two.hidden) << name;
+      EXPECT_EQ(one.visibility, two.visibility) << name;
       EXPECT_EQ(one.rays, two.rays);
       options.seed = 6;
-      EXPECT_NE(Trace(*made.rays, made.request.lights[0], made.receivers, options).hidden, two.hidden);
+      EXPECT_NE(Trace(*made.rays, made.request.lights[0], made.receivers, options).visibility, two.visibility);
     }
   }
 }
@@ -195,8 +195,8 @@ TEST(TraceLightTest, AdaptiveRaysOfPointsKeepTheirError) {
     double sum = 0;
     int shadowed = 0;
     for (size_t i = 0; i < truth.hidden.size(); ++i) {
-      if (truth.hidden[i] <= 1.0f / 512) continue;
-      sum += std::abs(traced.hidden[i] - truth.hidden[i]);
+      if (truth.visibility[i] >= 1 - 1.0f / 512) continue;
+      sum += std::abs(traced.visibility[i] - truth.visibility[i]);
       ++shadowed;
     }
     std::printf("stop_error %.3f: mae_shadowed %.5f with %.1f rays a receiver\n", stop_error, sum / shadowed,
@@ -223,7 +223,7 @@ TEST(TraceLightTest, OfAPlaneThatCutsTheLightTheExactShareIsSeen) {
     const double share = CutAtPlane(light, receivers, receivers.At(i)).share;
     EXPECT_GT(share, 0.1);
     EXPECT_LT(share, 0.9);
-    EXPECT_NEAR(1 - traced.hidden[i], share, 1e-6);
+    EXPECT_NEAR(traced.visibility[i], share, 1e-6);
   }
 }
 
@@ -233,11 +233,11 @@ TEST(TraceLightTest, WithoutANormalThereIsNoHorizon) {
   const std::vector<glm::vec3> beside = {{1, 1.9f, 0}};
   const AreaLight light = Light(1);
   const CpuReceivers tilted = MakePointReceivers(beside, {{-1, 0, 0}});
-  EXPECT_NEAR(1 - Trace(*scene, light, tilted, {.rays = 64}).hidden[0], 1, 1e-6);
+  EXPECT_NEAR(Trace(*scene, light, tilted, {.rays = 64}).visibility[0], 1, 1e-6);
   const CpuReceivers away = MakePointReceivers(beside, {{1, 0, 0}});
-  EXPECT_EQ(Trace(*scene, light, away, {.rays = 64}).hidden[0], 1);
+  EXPECT_EQ(Trace(*scene, light, away, {.rays = 64}).visibility[0], 0);
   const CpuReceivers bare = MakePointReceivers(beside, {});
-  EXPECT_EQ(Trace(*scene, light, bare, {.rays = 64}).hidden[0], 0);
+  EXPECT_EQ(Trace(*scene, light, bare, {.rays = 64}).visibility[0], 1);
 }
 
 TEST(TraceLightTest, BehindTheLightAllIsHidden) {
