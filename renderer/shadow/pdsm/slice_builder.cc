@@ -1,0 +1,146 @@
+#include "renderer/shadow/pdsm/slice_builder.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "renderer/shadow/pdsm/count_above.h"
+
+namespace halfshade::pdsm {
+namespace {
+
+constexpr int kMapsAtOnce = 8;  // their buckets, 2 MB at 512^2, stay in the second cache; at most 255
+
+int FloorDivide(int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
+
+// How many of the depths a texel of `depth` hides: those below it.
+uint8_t BucketOf(const std::vector<float>& depths, float depth) {
+  return uint8_t(std::lower_bound(depths.begin(), depths.end(), depth) - depths.begin());
+}
+
+}  // namespace
+
+std::vector<float> EvenSlices(int count) {
+  std::vector<float> depths(count);
+  for (int i = 0; i < count; ++i) depths[i] = float(i) / float(std::max(1, count - 1));
+  return depths;
+}
+
+SliceBuilder::SliceBuilder(const Grid& grid, std::vector<float> depths) : grid_(grid) {
+  assert(!depths.empty() && depths.size() <= 255);
+  volume_.size = grid.size;
+  volume_.depths = std::move(depths);
+  volume_.counts.resize(volume_.depths.size() * grid.RayCount());
+  plane_side_ = (grid.map_size + grid.map_texels - 1) / grid.map_texels;
+  stride_ = plane_side_ + int(kCountPadding);
+}
+
+void SliceBuilder::Add(const SampleMap& map) {
+  const int planes_a_side = grid_.map_texels;
+  Buckets& buckets = pending_.emplace_back();
+  const size_t plane_bytes = size_t(stride_) * plane_side_;
+  buckets.values.assign(plane_bytes * planes_a_side * planes_a_side + kCountPadding, 0);
+  // A guess that is never too high, then the exact comparison.
+  constexpr int kGuesses = 1024;
+  std::vector<uint8_t> guesses(kGuesses + 1);
+  for (int i = 0; i <= kGuesses; ++i) guesses[i] = BucketOf(volume_.depths, float(i) / kGuesses);
+  const size_t slices = volume_.depths.size();
+  tbb::parallel_for(tbb::blocked_range<int>(0, grid_.map_size, 32), [&](const tbb::blocked_range<int>& range) {
+    for (int y = range.begin(); y < range.end(); ++y) {
+      for (int x = 0; x < grid_.map_size; ++x) {
+        const float depth = map.depths[size_t(y) * grid_.map_size + x];
+        if (depth <= 0) continue;
+        size_t bucket = guesses[int(depth * kGuesses)];
+        while (bucket < slices && volume_.depths[bucket] < depth) ++bucket;
+        const int plane = y % planes_a_side * planes_a_side + x % planes_a_side;
+        buckets.values[plane * plane_bytes + size_t(y / planes_a_side) * stride_ + x / planes_a_side] = uint8_t(bucket);
+      }
+    }
+  });
+  const SamplePath path = MakePath(grid_, map.point, map.corner);
+  for (const float depth : volume_.depths) {
+    // At 0 the last step goes on.
+    buckets.cells.push_back(path.steps[depth > 0 ? path.StepAt(depth) : path.steps.size() - 1].cell);
+  }
+  ++volume_.maps;
+  if (pending_.size() == kMapsAtOnce) AddPending();
+}
+
+void SliceBuilder::AddPending() {
+  const int size = grid_.size;
+  const int ratio = grid_.map_texels;
+  const size_t plane_bytes = size_t(stride_) * plane_side_;
+  const int slices = int(volume_.depths.size());
+  tbb::parallel_for(tbb::blocked_range<int>(0, size, 8), [&](const tbb::blocked_range<int>& range) {
+    std::vector<uint8_t> hidden(size + kCountPadding);
+    for (int slice = 0; slice < slices; ++slice) {
+      for (int row = range.begin(); row < range.end(); ++row) {
+        std::fill(hidden.begin(), hidden.end(), uint8_t(0));
+        for (const Buckets& buckets : pending_) {
+          // Texel cell + ratio (column, row) is one of plane cell mod ratio, at cell / ratio + (column, row).
+          const glm::ivec2 cell = buckets.cells[slice];
+          const glm::ivec2 shift(FloorDivide(cell.x, ratio), FloorDivide(cell.y, ratio));
+          const glm::ivec2 offset = cell - shift * ratio;
+          const int y = row + shift.y;
+          const int first = std::max(0, -shift.x);
+          const int end = std::min(size, plane_side_ - shift.x);
+          if (y < 0 || y >= plane_side_ || first >= end) continue;
+          const uint8_t* texels = &buckets.values[(offset.y * ratio + offset.x) * plane_bytes + size_t(y) * stride_];
+          CountAbove(texels + first + shift.x, uint8_t(slice), end - first, &hidden[first]);
+        }
+        uint16_t* counts = &volume_.counts[(size_t(slice) * size + row) * size];
+        for (int x = 0; x < size; ++x) counts[x] = uint16_t(counts[x] + hidden[x]);
+      }
+    }
+  });
+  pending_.clear();
+}
+
+SliceVolume SliceBuilder::Finish() {
+  AddPending();
+  return std::move(volume_);
+}
+
+AttenuationFunctions FunctionsOfSlices(const SliceVolume& volume, float eps) {
+  const int size = volume.size;
+  const int slices = int(volume.depths.size());
+  std::vector<std::vector<Vertex>> rows(size);
+  std::vector<uint32_t> counts(size_t(size) * size);
+  tbb::parallel_for(tbb::blocked_range<int>(0, size), [&](const tbb::blocked_range<int>& range) {
+    std::vector<Vertex> polyline(slices);
+    for (int row = range.begin(); row < range.end(); ++row) {
+      for (int x = 0; x < size; ++x) {
+        for (int slice = 0; slice < slices; ++slice) {
+          const uint16_t count = volume.counts[(size_t(slice) * size + row) * size + x];
+          polyline[slices - 1 - slice] = {volume.depths[slice], float(count) / float(volume.maps)};
+        }
+        const size_t before = rows[row].size();
+        Compress(polyline, eps, &rows[row]);
+        counts[size_t(row) * size + x] = uint32_t(rows[row].size() - before);
+      }
+    }
+  });
+  return JoinRows(size, counts, rows);
+}
+
+SliceVolume SlicesOfFunctions(const AttenuationFunctions& functions, std::vector<float> depths, int maps) {
+  SliceVolume volume;
+  volume.size = functions.size;
+  volume.maps = maps;
+  volume.depths = std::move(depths);
+  const size_t rays = size_t(functions.size) * functions.size;
+  volume.counts.resize(volume.depths.size() * rays);
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, rays, 4096), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t ray = range.begin(); ray < range.end(); ++ray) {
+      for (size_t slice = 0; slice < volume.depths.size(); ++slice) {
+        const float value = Evaluate(functions.Function(ray), volume.depths[slice]);
+        volume.counts[slice * rays + ray] = uint16_t(value * float(maps) + 0.5f);
+      }
+    }
+  });
+  return volume;
+}
+
+}  // namespace halfshade::pdsm
