@@ -39,6 +39,7 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S5", 0.2, {0.2, 0.97}, {0.19, 0.97}, "no penumbra: the centre sees one leaf or none"},
            {"S6", 0.2, {0.08, 0.6}, {0.073, 0.61}, "no penumbra; its knobs shadow themselves"},
            {"S7", 0.2, {0.072, 0.61}, {0.077, 0.63}, "no penumbra; stones shadow each other"},
+           {"S8", 0.2, {0.41, 0.95}, {0.4, 0.95}, "no penumbra, which is nearly all that slats make"},
        }},
       {"multi_map",
        {
@@ -79,6 +80,7 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S5", 0.2, {0.029, 0.16}, {0.04, 0.39}, "one average depth of leaves, and one view of them"},
            {"S6", 0.2, {0.0078, 0.076}, {0.009, 0.09}, "one average depth of knobs, and their far sides"},
            {"S7", 0.2, {0.013, 0.12}, {0.015, 0.2}, "one average depth of many stones"},
+           {"S8", 0.2, {0.027, 0.5}, {0.026, 0.49}, "one average depth of slats, beams and posts"},
        }},
   };
   return thresholds;

@@ -15,7 +15,14 @@ namespace {
 class NumericalStressTest : public StressTest {};
 INSTANTIATE_TEST_SUITE_P(Methods, NumericalStressTest, testing::ValuesIn(TestMethods()), TestMethodName);
 
-TEST(StressListTest, NamesRegisteredMethods) {
+TEST(TestMethodsTest, AreAllThatAreRegistered) {
+  std::set<std::string> tested;
+  for (const TestMethod& method : TestMethods()) tested.insert(method.name);
+  const std::vector<std::string> registered = RegisteredMethods();
+  EXPECT_EQ(tested, std::set<std::string>(registered.begin(), registered.end()));
+}
+
+TEST(WhatMethodsCannotTest, NamesRegisteredMethodsAndReasons) {
   const std::vector<std::string> registered = RegisteredMethods();
   for (const auto& [name, why] : WhatMethodsCannot()) {
     const std::string method = name.substr(name.find('/') + 1);
