@@ -32,9 +32,12 @@ std::string CastersKey(const std::string& scene_name, const RenderRequest& reque
   std::string key = LightDataPrefix(scene_name);
   Append(&key, request.scene_index);
   for (const NodeOverride& change : request.node_overrides) {
-    if (!change.local && change.casts) continue;
-    Append(&key, change.node, change.casts, change.local.has_value());
-    if (change.local) Append(&key, *change.local);
+    // What does not cast, with all below it, is no caster wherever it stands.
+    if (!change.casts) {
+      Append(&key, change.node, false);
+    } else if (change.local) {
+      Append(&key, change.node, true, *change.local);
+    }
   }
   return key;
 }

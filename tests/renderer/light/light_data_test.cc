@@ -77,5 +77,26 @@ TEST(LightDataKeyTest, IsOfNothingElse) {
   for (size_t i = 0; i < changes.size(); ++i) EXPECT_EQ(KeyAfter(changes[i]), original) << i;
 }
 
+TEST(CastersKeyTest, IsOfWhereCastersStandAndOfNothingElse) {
+  const auto key_after = [](const std::function<void(Source&)>& change) {
+    Source source = Original();
+    change(source);
+    return CastersKey(source.scene, source.request);
+  };
+  const std::string original = key_after([](Source&) {});
+  const std::string moved = key_after([](Source& s) { Override(s).local = glm::dmat4(2); });
+  const std::string silent = key_after([](Source& s) { Override(s).casts = false; });
+  const std::string moved_and_silent = key_after([](Source& s) {
+    Override(s).casts = false;
+    s.request.node_overrides.back().local = glm::dmat4(2);
+  });
+  EXPECT_NE(moved, original);
+  EXPECT_NE(silent, original);
+  EXPECT_NE(silent, moved);
+  EXPECT_EQ(moved_and_silent, silent) << "what does not cast casts nothing wherever it stands";
+  EXPECT_EQ(key_after([](Source& s) { Override(s).receives = false; }), original);
+  EXPECT_EQ(key_after([](Source& s) { s.light.width_m = 7; }), original);
+}
+
 }  // namespace
 }  // namespace halfshade
