@@ -69,7 +69,9 @@ absl::Status WarmUp(Renderer& renderer) {
   light.radiance = light.intensity = glm::vec3(1);
   request.lights = {light};
   for (const MethodOptions& method :
-       {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1})}) {
+       {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1}),
+        MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kScatter, PdsmLayout::kIndexed}),
+        MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kSlices, PdsmLayout::kVolume})}) {
     for (const OutputKind kind : {OutputKind::kFrame, OutputKind::kVisibility}) {
       request.method = method;
       request.outputs = {kind};

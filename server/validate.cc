@@ -247,6 +247,9 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   if (const auto* pcss = std::get_if<PcssOptions>(&request.method)) {
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
   }
+  if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
+    add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter);
+  }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);

@@ -2,6 +2,7 @@
 #include "renderer/shadow/hard/hard.h"
 #include "renderer/shadow/multi_map/multi_map.h"
 #include "renderer/shadow/pcss/pcss.h"
+#include "renderer/shadow/pdsm/pdsm.h"
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
 
@@ -12,8 +13,9 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const MultiMapMethod multi_map;
   static const RayMethod ray;
   static const PcssMethod pcss;
+  static const PdsmMethod pdsm;
   static const std::vector<RegisteredMethod> methods = {
-      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}};
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"pdsm", &pdsm}};
   return methods;
 }
 

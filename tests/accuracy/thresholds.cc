@@ -9,6 +9,7 @@ const std::vector<MethodThresholds>& Thresholds() {
   static const std::string kFineTexels = "a texel of 512 is a good part of so narrow a penumbra, in every map";
   static const std::string kLeaves = "many edges cross the light: the rate's factor is 1.4 there";
   static const std::string kDots = "dots where facets are smaller than a texel (renderer/light/README.md)";
+  static const std::string kSlice = "a shadow less than a slice behind its occluder is missed";
   static const std::vector<MethodThresholds> thresholds = {
       {"hard",
        {
@@ -49,6 +50,14 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S5", 0.2, {0.0028, 0}, {0.0044, 0.054}, kLeaves + "; " + kDots},
            {"S6", 0.2, {0, 0}, {0.0016, 0.13}, kDots},
            {"S7", 0.2, {0, 0}, {0.0015, 0.13}, kDots},
+       }},
+      {"pdsm",
+       {
+           {"S4", 0.05, {0.0005, 0}, {0.0005, 0}, kFineTexels},
+           {"S5", 0.2, {0, 0}, {0.016, 0.81}, "leaves on leaves: " + kSlice},
+           {"S6", 0.2, {0, 0}, {0.0024, 0.012}, "knobs on knobs: " + kSlice},
+           {"S7", 0.2, {0, 0}, {0.0033, 0.13}, "stones on stones: " + kSlice},
+           {"S8", 0.2, {0.0015, 0.69}, {0.0024, 0.72}, "the feet of posts: " + kSlice},
        }},
       {"ray", {{"S5", 0.2, {0.0027, 0}, {0.0021, 0}, kLeaves}}},
       {"pcss",

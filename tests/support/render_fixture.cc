@@ -117,7 +117,27 @@ std::vector<TestMethod> TestMethods() {
            .fine = PcssOptions{1024, 31, 63},
            .fine_step = 1.0 / 62 + 2.0 / 126,
            .others = {PcssOptions{16, 1, 1}, PcssOptions{100, 3, 31}, PcssOptions{64, 7, 15, FilterWeights::kGaussian},
-                      PcssOptions{256, 7, 15, FilterWeights::kMean, false}}}};
+                      PcssOptions{256, 7, 15, FilterWeights::kMean, false}}},
+          {.name = "pdsm",
+           .options = PdsmOptions{.k = 32, .eps = 0.016f},
+           .fine = PdsmOptions{.k = 256},
+           .fine_samples = 256,
+           .fine_step = kNetOf256,
+           .others = {PdsmOptions{.k = 4, .map_size = 64, .pdsm_size = 16},
+                      PdsmOptions{.k = 7,
+                                  .map_size = 16,
+                                  .pdsm_size = 100,
+                                  .eps = 0.1f,
+                                  .construction = PdsmConstruction::kScatter,
+                                  .layout = PdsmLayout::kIndexed,
+                                  .filter = PdsmFilter::kWide3},
+                      PdsmOptions{.k = 4,
+                                  .map_size = 32,
+                                  .pdsm_size = 32,
+                                  .eps = 0.2f,
+                                  .construction = PdsmConstruction::kTraversal,
+                                  .layout = PdsmLayout::kIndexed,
+                                  .filter = PdsmFilter::kNearest}}}};
 }
 
 }  // namespace halfshade

@@ -14,8 +14,10 @@ class SlopeWindow {
   // False: no such line reaches the point too, and the window stays as it is. Needs point.depth < origin's.
   bool Add(const Vertex& point) {
     const double run = double(origin_.depth) - point.depth;
-    const double low = std::max(low_, (std::max(0.0, double(point.value) - eps_) - origin_.value) / run);
-    const double high = std::min(high_, (std::min(1.0, double(point.value) + eps_) - origin_.value) / run);
+    // Light and umbra stay exact.
+    const double eps = point.value == 0 || point.value == 1 ? 0 : eps_;
+    const double low = std::max(low_, (std::max(0.0, double(point.value) - eps) - origin_.value) / run);
+    const double high = std::min(high_, (std::min(1.0, double(point.value) + eps) - origin_.value) / run);
     if (low > high) return false;
     low_ = low;
     high_ = high;
@@ -77,7 +79,8 @@ void Compress(std::span<const Vertex> function, float eps, std::vector<Vertex>* 
       return;
     }
     // A jump at the origin's own depth.
-    if (std::abs(point.value - window.origin().value) > bound) restart(point);
+    const float most = point.value == 0 || point.value == 1 ? 0 : bound;
+    if (std::abs(point.value - window.origin().value) > most) restart(point);
   };
   for (const Vertex& point : function) add(point);
   // To the far end.

@@ -32,7 +32,7 @@ struct AttenuationFunctions {
 float Evaluate(std::span<const Vertex> function, float depth);
 
 // Appends to `*out` a polyline that stays within eps of `function`, and within [0, 1], at every depth, and is exactly 0
-// before the first vertex. eps >= 0.
+// and 1 where the function is. eps >= 0.
 void Compress(std::span<const Vertex> function, float eps, std::vector<Vertex>* out);
 
 // One set from its rows: counts[ray] vertices each, in order.

@@ -40,7 +40,7 @@ Grid MakeGrid(const GridNeeds& needs) {
   };
   glm::dvec2 map_extent(0);
   for (const Window& window : needs.maps) map_extent = glm::max(map_extent, extent_of(window));
-  const glm::dvec2 least_map_texel = map_extent / double(needs.map_size - 2);
+  const glm::dvec2 least_map_texel = map_extent / double(needs.map_size - 3);
   const Window& rays = needs.rays;
   Grid grid;
   grid.size = needs.pdsm_size;
@@ -49,16 +49,19 @@ Grid MakeGrid(const GridNeeds& needs) {
   grid.map_texels = std::max(1, int(std::min(ratio.x, ratio.y)));
   const glm::dvec2 middle = 0.5 * (glm::dvec2(rays.u0, rays.v0) + glm::dvec2(rays.u1, rays.v1));
   grid.corner = middle - 0.5 * grid.texel * double(grid.size);
-  // A window that is a whole number of texels wide but for rounding needs no further one: its border is empty.
-  const glm::dvec2 texels = glm::ceil(map_extent / grid.MapTexel() - 1e-9) + 2.0;
+  // Beside the window a border on either side and the texel by which it may begin earlier. A window that is a whole
+  // number of texels wide but for rounding needs no further one.
+  const glm::dvec2 texels = glm::ceil(map_extent / grid.MapTexel() - 1e-9) + 3.0;
   grid.map_size = std::min(needs.map_size, int(std::max(texels.x, texels.y)));
   const glm::dvec2 least_z = needs.half_edges / (grid.MapTexel() * double(kMaxCrossings));
   grid.z_near = std::max({needs.z_near, least_z.x, least_z.y});
   return grid;
 }
 
-glm::dvec2 MapCorner(const Grid& grid, const Window& window) {
-  return glm::dvec2(window.u0, window.v0) - grid.MapTexel();
+glm::dvec2 MapCorner(const Grid& grid, const Window& window, size_t index) {
+  // The R2 sequence (Roberts 2018): the fractions of multiples of powers of the plastic number's inverse.
+  const glm::dvec2 shift = glm::fract(double(index) * glm::dvec2(0.7548776662466927, 0.5698402909980532));
+  return glm::dvec2(window.u0, window.v0) - grid.MapTexel() * (1.0 + shift);
 }
 
 SamplePath MakePath(const Grid& grid, const glm::dvec2& point, const glm::dvec2& map_corner) {

@@ -47,8 +47,9 @@ struct GridNeeds {
 inline constexpr int kMaxCrossings = 4096;
 Grid MakeGrid(const GridNeeds& needs);
 
-// The corner of the map that begins with its border before `window`.
-glm::dvec2 MapCorner(const Grid& grid, const Window& window);
+// The corner of the map of sample `index`, one to two texels before its window: texels of different samples begin at
+// different places, so that what half a texel hides or shows of an edge averages out over the samples.
+glm::dvec2 MapCorner(const Grid& grid, const Window& window, size_t index);
 
 // Cells of a map that a ray meets from the light outward. From steps[q].depth down to, not including, steps[q +
 // 1].depth (the last: down to 0) ray (i, j) is over texel map_texels (i, j) + steps[q].cell. The first begins at

@@ -74,10 +74,11 @@ void SliceBuilder::AddPending() {
   const size_t plane_bytes = size_t(stride_) * plane_side_;
   const int slices = int(volume_.depths.size());
   tbb::parallel_for(tbb::blocked_range<int>(0, size, 8), [&](const tbb::blocked_range<int>& range) {
-    std::vector<uint8_t> hidden(size + kCountPadding);
+    std::vector<uint8_t> hidden(size + kCountPadding), beyond(size + kCountPadding);
     for (int slice = 0; slice < slices; ++slice) {
       for (int row = range.begin(); row < range.end(); ++row) {
         std::fill(hidden.begin(), hidden.end(), uint8_t(0));
+        std::fill(beyond.begin(), beyond.end(), uint8_t(0));
         for (const Buckets& buckets : pending_) {
           // Texel cell + ratio (column, row) is one of plane cell mod ratio, at cell / ratio + (column, row).
           const glm::ivec2 cell = buckets.cells[slice];
@@ -89,9 +90,13 @@ void SliceBuilder::AddPending() {
           if (y < 0 || y >= plane_side_ || first >= end) continue;
           const uint8_t* texels = &buckets.values[(offset.y * ratio + offset.x) * plane_bytes + size_t(y) * stride_];
           CountAbove(texels + first + shift.x, uint8_t(slice), end - first, &hidden[first]);
+          CountAbove(texels + first + shift.x, uint8_t(slice + 1), end - first, &beyond[first]);
         }
-        uint16_t* counts = &volume_.counts[(size_t(slice) * size + row) * size];
-        for (int x = 0; x < size; ++x) counts[x] = uint16_t(counts[x] + hidden[x]);
+        SliceCounts* counts = &volume_.counts[(size_t(slice) * size + row) * size];
+        for (int x = 0; x < size; ++x) {
+          counts[x].hidden = uint16_t(counts[x].hidden + hidden[x]);
+          counts[x].hidden_from_beyond = uint16_t(counts[x].hidden_from_beyond + beyond[x]);
+        }
       }
     }
   });
@@ -101,46 +106,6 @@ void SliceBuilder::AddPending() {
 SliceVolume SliceBuilder::Finish() {
   AddPending();
   return std::move(volume_);
-}
-
-AttenuationFunctions FunctionsOfSlices(const SliceVolume& volume, float eps) {
-  const int size = volume.size;
-  const int slices = int(volume.depths.size());
-  std::vector<std::vector<Vertex>> rows(size);
-  std::vector<uint32_t> counts(size_t(size) * size);
-  tbb::parallel_for(tbb::blocked_range<int>(0, size), [&](const tbb::blocked_range<int>& range) {
-    std::vector<Vertex> polyline(slices);
-    for (int row = range.begin(); row < range.end(); ++row) {
-      for (int x = 0; x < size; ++x) {
-        for (int slice = 0; slice < slices; ++slice) {
-          const uint16_t count = volume.counts[(size_t(slice) * size + row) * size + x];
-          polyline[slices - 1 - slice] = {volume.depths[slice], float(count) / float(volume.maps)};
-        }
-        const size_t before = rows[row].size();
-        Compress(polyline, eps, &rows[row]);
-        counts[size_t(row) * size + x] = uint32_t(rows[row].size() - before);
-      }
-    }
-  });
-  return JoinRows(size, counts, rows);
-}
-
-SliceVolume SlicesOfFunctions(const AttenuationFunctions& functions, std::vector<float> depths, int maps) {
-  SliceVolume volume;
-  volume.size = functions.size;
-  volume.maps = maps;
-  volume.depths = std::move(depths);
-  const size_t rays = size_t(functions.size) * functions.size;
-  volume.counts.resize(volume.depths.size() * rays);
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, rays, 4096), [&](const tbb::blocked_range<size_t>& range) {
-    for (size_t ray = range.begin(); ray < range.end(); ++ray) {
-      for (size_t slice = 0; slice < volume.depths.size(); ++slice) {
-        const float value = Evaluate(functions.Function(ray), volume.depths[slice]);
-        volume.counts[slice * rays + ray] = uint16_t(value * float(maps) + 0.5f);
-      }
-    }
-  });
-  return volume;
 }
 
 }  // namespace halfshade::pdsm

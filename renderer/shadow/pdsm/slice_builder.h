@@ -2,26 +2,31 @@
 //
 // At one depth all rays of a PDSM stand over a map's texels at the same offset, so that a slice of a map is the map
 // itself shifted and compared with that depth: 64 rays an AVX-512 instruction. Maps come one after the other; what is
-// kept is the counts. Equal to the exact functions (event_builder.h) at every slice; between slices values are
-// interpolated.
+// kept is the counts. Equal to the exact functions (event_builder.h) at every slice. Between two
+// slices a function is a straight line from the nearer one to what is hidden at the farther one by surfaces nearer than
+// both; those between count from the farther slice on: else every surface would shadow itself up to a slice away.
 #pragma once
 
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "renderer/shadow/pdsm/attenuation.h"
 #include "renderer/shadow/pdsm/pdsm_grid.h"
 
 namespace halfshade::pdsm {
 
-// Counts of hidden samples at slices; value = count / maps.
+// Hidden samples at slices, and those hidden by what is nearer than the next slice; value = count / maps.
+struct SliceCounts {
+  uint16_t hidden = 0;
+  uint16_t hidden_from_beyond = 0;  // by a surface at or before the next slice: <= hidden
+  bool operator==(const SliceCounts&) const = default;
+};
 struct SliceVolume {
   int size = 0;
   int maps = 0;
-  std::vector<float> depths;     // of the slices, from 0 up to the nearest to the light
-  std::vector<uint16_t> counts;  // [slice][row][column]
-  uint64_t SizeBytes() const { return counts.size() * sizeof(uint16_t) + depths.size() * sizeof(float); }
+  std::vector<float> depths;        // of the slices, from 0 up to the nearest to the light
+  std::vector<SliceCounts> counts;  // [slice][row][column]
+  uint64_t SizeBytes() const { return counts.size() * sizeof(SliceCounts) + depths.size() * sizeof(float); }
 };
 
 // `count` depths from 0 to 1, evenly spaced.
@@ -50,10 +55,5 @@ class SliceBuilder {
   int stride_ = 0;
   std::vector<Buckets> pending_;
 };
-
-// The polylines through the slices, compressed.
-AttenuationFunctions FunctionsOfSlices(const SliceVolume& volume, float eps);
-// Functions at the depths of slices, as a volume of `maps` samples (values rounded to 1 / maps).
-SliceVolume SlicesOfFunctions(const AttenuationFunctions& functions, std::vector<float> depths, int maps);
 
 }  // namespace halfshade::pdsm

@@ -91,7 +91,7 @@ MadeMaps DrawMaps(const MadeOccluders& occluders, int k, int map_size, int pdsm_
   for (int i = 0; i < k; ++i) {
     SampleMap& map = made.maps.emplace_back();
     map.point = points[i];
-    map.corner = MapCorner(made.grid, needs.maps[i]);
+    map.corner = MapCorner(made.grid, needs.maps[i], i);
     for (int y = 0; y < made.grid.map_size; ++y) {
       for (int x = 0; x < made.grid.map_size; ++x) {
         const glm::dvec2 slope = map.corner + (glm::dvec2(x, y) + 0.5) * made.grid.MapTexel();

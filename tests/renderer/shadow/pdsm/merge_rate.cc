@@ -51,10 +51,7 @@ void Report(const char* name, const MadeOccluders& occluders, int k, int map_siz
     SliceBuilder builder(made.grid, EvenSlices(slices));
     for (const SampleMap& map : made.maps) builder.Add(map);
     const SliceVolume volume = builder.Finish();
-    const double merged = CpuMs();
-    const AttenuationFunctions functions = FunctionsOfSlices(volume, 0.01f);
-    std::printf("  SLICES %2d  %7.0f + %5.0f CPU-ms, %.1f MB; as functions %.1f MB\n", slices, merged - start,
-                CpuMs() - merged, double(volume.SizeBytes()) * 1e-6, double(functions.SizeBytes()) * 1e-6);
+    std::printf("  SLICES %2d  %7.0f CPU-ms, %.1f MB\n", slices, CpuMs() - start, double(volume.SizeBytes()) * 1e-6);
   }
 }
 
