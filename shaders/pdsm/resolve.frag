@@ -48,7 +48,8 @@ void main() {
   float hidden = is_in_front ? FilteredAttenuation(place, asked, depth_per_slope * slope_per_ray, own_rise, filter_width) : 0.0;
   float share = ShareAbovePlane(half_edges, normal, receiver.offset);
   float below = 0.0;
-  int counted = share < 1.0 ? point_count : 0;
+  // Loops without a round are skipped on every kind of GL.
+  int counted = share > 0.0 && share < 1.0 && (hidden > 0.0 || has_sides) ? point_count : 0;
   for (int i = 0; i < counted; ++i) {
     below += float(dot(normal.xy, points_ls[i]) - receiver.offset <= 0.0);
   }

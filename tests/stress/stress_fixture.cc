@@ -31,7 +31,6 @@ const std::map<std::string, std::string>& WhatMethodsCannot() {
       {"near planes/pdsm", kTexelWidth},
       {"near planes, 4 ulps/pdsm", kTexelWidth},
       {"contact penumbra/pdsm", "under three texels wide it is as much wider as its rays are interpolated"},
-      {"broken triangles/pdsm", "a T-junction's crack, a pixel of one map, is seen by the rays that look through it"},
       {"lone solid/hard", "where its one point is below the horizon it says dark, though part of the light is above"},
       {"sets of occluders/pcss",
        "blockers are averaged: a second occluder moves the depth that the first is filtered at, and a search with 7 x "
