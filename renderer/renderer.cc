@@ -110,7 +110,7 @@ class Frame {
       return absl::OkStatus();
     }));
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
-    if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, {}).cpu_receivers) {
+    if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, FactsOf(draw_)).cpu_receivers) {
       RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
         receivers_.on_cpu = &cpu_receivers_;
@@ -293,7 +293,7 @@ class ContextRenderer : public Renderer {
     gl::Pacer pacer(*context_, stop);
     const DrawContext draw = {context_, &programs_, &pacer};
     gl::ObjectCache<SceneOnContext>::Pointer on_context;
-    if (FindMethod(request.method).method->Needs(request.method, {}).maps > 0) {
+    if (FindMethod(request.method).method->Needs(request.method, FactsOf(draw)).maps > 0) {
       on_context = scenes_.Find(SceneKey(scene_name));
       if (on_context == nullptr) {
         ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));

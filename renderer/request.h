@@ -86,7 +86,26 @@ struct PcssOptions {
   FilterWeights weights = FilterWeights::kMean;
   bool skips = true;  // tiles that a min/max pyramid proves lit or dark; the same bits either way
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions>;
+enum class SsmResolve : uint8_t {
+  kPixels,  // at the receivers themselves
+  kMap,     // in a soft shadow map, projected with bilinear filtering (the paper)
+};
+enum class SsmAccumulation : uint8_t {
+  kBinned,   // depth-binned summed-area tables
+  kScatter,  // additive blending of penumbra extents (the paper)
+};
+enum class SsmBlend : uint8_t { kFp32, kFp16, kFp16Batched };  // of kScatter
+struct SsmOptions {
+  int occluder_map_size = 0;  // patches a side, 16..1024; 0: chosen
+  SsmResolve resolve = SsmResolve::kPixels;
+  int passes = 0;  // occluder layers: 1, or 2 with the furthest surfaces; 0: chosen
+  SsmAccumulation accumulation = SsmAccumulation::kBinned;
+  SsmBlend blend = SsmBlend::kFp32;
+  int sub_lights = 0;             // along each edge of the light, 1..8; 0: chosen
+  int bins = 4;                   // slabs of depth of kBinned, 1..16
+  bool measures_coverage = true;  // of each patch, by four texels
+};
+using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher

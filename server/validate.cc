@@ -234,6 +234,10 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   if (const auto* pcss = std::get_if<PcssOptions>(&request.method)) {
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
   }
+  if (const auto* ssm = std::get_if<SsmOptions>(&request.method)) {
+    add(ssm->occluder_map_size, ssm->resolve, ssm->passes, ssm->accumulation, ssm->blend, ssm->sub_lights, ssm->bins,
+        ssm->measures_coverage);
+  }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);

@@ -93,7 +93,8 @@ std::vector<TestMethod> TestMethods() {
   return {{"hard", HardOptions{512}},
           {"multi_map", MultiMapOptions{32, 512}},
           {"ray", RayOptions{64}},
-          {"pcss", PcssOptions{512, 7, 15}}};
+          {"pcss", PcssOptions{512, 7, 15}},
+          {"ssm", SsmOptions{.occluder_map_size = 256, .sub_lights = 2}}};
 }
 
 }  // namespace halfshade
