@@ -1,5 +1,7 @@
 #include "renderer/shadow/ssm/ssm.h"
 
+#include <glad/gl.h>
+
 #include <algorithm>
 #include <span>
 
@@ -9,6 +11,7 @@
 #include "renderer/light/sub_lights.h"
 #include "renderer/shadow/ssm/choose.h"
 #include "renderer/shadow/ssm/gather.h"
+#include "renderer/shadow/ssm/gather_on_gl.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -16,13 +19,17 @@ namespace {
 
 // The occluder maps of one sub-light: nearest surfaces, and furthest where there are two passes.
 using Layers = std::vector<BinnedMap>;
+using LayersOnGl = std::vector<BinnedMapOnGl>;
 
 struct SsmData : LightData {
   AreaLight light;
   SsmChoice choice;
   SubLights cells;
   BinnedMapOptions map_options;
-  std::vector<Layers> maps;                             // of the first cells; the others' are drawn at every resolve
+  bool is_on_cpu = true;
+  // Of the first cells; the others' are drawn at every resolve. One of the two is empty.
+  std::vector<Layers> maps;
+  std::vector<LayersOnGl> maps_on_gl;
   std::shared_ptr<const OccludersOnContext> occluders;  // null where all are kept
 
   uint64_t SizeBytes() const override {
@@ -30,10 +37,14 @@ struct SsmData : LightData {
     for (const Layers& layers : maps) {
       for (const BinnedMap& map : layers) bytes += map.SizeBytes();
     }
+    for (const LayersOnGl& layers : maps_on_gl) {
+      for (const BinnedMapOnGl& map : layers) bytes += map.SizeBytes();
+    }
     return bytes;
   }
-  uint64_t MapsDrawn() const override { return maps.size() * choice.passes; }
-  uint64_t MapsRedrawn() const override { return (cells.centers.size() - maps.size()) * choice.passes; }
+  size_t CellsKept() const { return maps.size() + maps_on_gl.size(); }
+  uint64_t MapsDrawn() const override { return CellsKept() * choice.passes; }
+  uint64_t MapsRedrawn() const override { return (cells.centers.size() - CellsKept()) * choice.passes; }
   std::vector<std::pair<std::string, std::string>> ChosenOptions() const override {
     return {{"occluder_map_size", std::to_string(choice.map_size)},
             {"passes", std::to_string(choice.passes)},
@@ -56,6 +67,14 @@ absl::StatusOr<Layers> DrawLayers(const DrawContext& draw, const SsmData& data,
     layers.push_back(std::move(map));
   }
   return layers;
+}
+
+absl::StatusOr<LayersOnGl> Upload(const gl::Context& context, Layers layers) {
+  LayersOnGl on_gl;
+  for (BinnedMap& map : layers) {
+    ASSIGN_OR_RETURN(on_gl.emplace_back(), UploadBinnedMap(context, std::move(map)));
+  }
+  return on_gl;
 }
 
 // One a receiver: 1 where the point that the map is drawn from is hidden, by maps of all sides. Empty where the map
@@ -92,12 +111,42 @@ absl::Status Gather(const DrawContext& draw, const SsmData& data, std::span<cons
   return ForEachTile(tiles.count(), gather_tile, [&draw] { return draw.pacer->Finish(); });
 }
 
+absl::StatusOr<OcclusionSum> ResolveOnCpu(const DrawContext& draw, const SsmData& data, const Receivers& receivers) {
+  std::vector<float> hidden(receivers.on_cpu->size());
+  std::vector<float> share(hidden.size());
+  RETURN_IF_ERROR(Gather(draw, data, data.maps, receivers, &hidden, &share));
+  for (size_t cell = data.CellsKept(); cell < data.cells.centers.size(); ++cell) {
+    ASSIGN_OR_RETURN(const Layers layers, DrawLayers(draw, data, data.occluders, cell));
+    RETURN_IF_ERROR(Gather(draw, data, {&layers, 1}, receivers, &hidden, &share));
+  }
+  for (size_t i = 0; i < hidden.size(); ++i) hidden[i] = share[i] > 0 ? hidden[i] / share[i] : 0;
+  return OcclusionSum{std::move(hidden), 1, 0};
+}
+
+absl::StatusOr<OcclusionSum> ResolveOnGl(const DrawContext& draw, const SsmData& data, const Receivers& receivers) {
+  ASSIGN_OR_RETURN(gl::Texture sums, gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
+  const float zeros[4] = {};
+  draw.context->gl().ClearTexImage(sums.id(), 0, GL_RG, GL_FLOAT, zeros);
+  for (size_t cell = 0; cell < data.cells.centers.size(); ++cell) {
+    LayersOnGl drawn;
+    if (cell >= data.CellsKept()) {
+      ASSIGN_OR_RETURN(Layers layers, DrawLayers(draw, data, data.occluders, cell));
+      ASSIGN_OR_RETURN(drawn, Upload(*draw.context, std::move(layers)));
+    }
+    const LayersOnGl& layers = drawn.empty() ? data.maps_on_gl[cell] : drawn;
+    RETURN_IF_ERROR(GatherOnGl(draw, layers, data.cells.half_edges, data.light, receivers, sums));
+  }
+  return OcclusionSum{std::move(sums), 0, 0};
+}
+
 }  // namespace
 
-MethodNeeds SsmMethod::Needs(const MethodOptions& options, const SceneFacts&) const {
+MethodNeeds SsmMethod::Needs(const MethodOptions& options, const SceneFacts& facts) const {
   const auto& ssm = std::get<SsmOptions>(options);
   const int q = std::max(ssm.sub_lights, 1);
-  return {.maps = uint32_t(q * q * std::max(ssm.passes, 1)), .map_size = ssm.occluder_map_size, .cpu_receivers = true};
+  return {.maps = uint32_t(q * q * std::max(ssm.passes, 1)),
+          .map_size = ssm.occluder_map_size,
+          .cpu_receivers = IsOnCpu(facts.is_software_gl)};
 }
 
 absl::StatusOr<std::unique_ptr<LightData>> SsmMethod::BuildLightData(const DrawContext& draw, const LightInputs& inputs,
@@ -105,6 +154,7 @@ absl::StatusOr<std::unique_ptr<LightData>> SsmMethod::BuildLightData(const DrawC
   const auto& ssm = std::get<SsmOptions>(options);
   auto data = std::make_unique<SsmData>();
   data->light = inputs.light;
+  data->is_on_cpu = IsOnCpu(draw.context->IsSoftware());
   data->choice = ChooseSsm(ssm, inputs.light, inputs.occluders->hull());
   data->cells = MakeSubLights(inputs.light, data->choice.sub_lights);
   data->map_options = {
@@ -118,7 +168,12 @@ absl::StatusOr<std::unique_ptr<LightData>> SsmMethod::BuildLightData(const DrawC
     kept = std::min(kept - 1, left / cell_bytes);
   }
   for (size_t cell = 0; cell < kept; ++cell) {
-    ASSIGN_OR_RETURN(data->maps.emplace_back(), DrawLayers(draw, *data, inputs.occluders, cell));
+    ASSIGN_OR_RETURN(Layers layers, DrawLayers(draw, *data, inputs.occluders, cell));
+    if (data->is_on_cpu) {
+      data->maps.push_back(std::move(layers));
+    } else {
+      ASSIGN_OR_RETURN(data->maps_on_gl.emplace_back(), Upload(*draw.context, std::move(layers)));
+    }
   }
   return data;
 }
@@ -126,15 +181,7 @@ absl::StatusOr<std::unique_ptr<LightData>> SsmMethod::BuildLightData(const DrawC
 absl::StatusOr<OcclusionSum> SsmMethod::ResolveOcclusion(const DrawContext& draw, const LightData& light_data,
                                                          const Receivers& receivers, const MethodOptions&) const {
   const auto& data = static_cast<const SsmData&>(light_data);
-  std::vector<float> hidden(receivers.on_cpu->size());
-  std::vector<float> share(hidden.size());
-  RETURN_IF_ERROR(Gather(draw, data, data.maps, receivers, &hidden, &share));
-  for (size_t cell = data.maps.size(); cell < data.cells.centers.size(); ++cell) {
-    ASSIGN_OR_RETURN(const Layers layers, DrawLayers(draw, data, data.occluders, cell));
-    RETURN_IF_ERROR(Gather(draw, data, {&layers, 1}, receivers, &hidden, &share));
-  }
-  for (size_t i = 0; i < hidden.size(); ++i) hidden[i] = share[i] > 0 ? hidden[i] / share[i] : 0;
-  return OcclusionSum{std::move(hidden), 1, 0};
+  return data.is_on_cpu ? ResolveOnCpu(draw, data, receivers) : ResolveOnGl(draw, data, receivers);
 }
 
 std::vector<std::pair<std::string, std::string>> SsmMethod::DescribeOptions(const MethodOptions& options) const {

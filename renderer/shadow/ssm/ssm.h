@@ -9,8 +9,16 @@
 
 namespace halfshade {
 
+// Where the receivers are gathered at.
+enum class SsmProcessor : uint8_t {
+  kAuto,  // the CPU where GL is software
+  kCpu,
+  kGl,
+};
+
 class SsmMethod : public ShadowMethod {
  public:
+  explicit SsmMethod(SsmProcessor processor = SsmProcessor::kAuto) : processor_(processor) {}
   MethodNeeds Needs(const MethodOptions& options, const SceneFacts& facts) const override;
   absl::StatusOr<std::unique_ptr<LightData>> BuildLightData(const DrawContext& draw, const LightInputs& inputs,
                                                             const MethodOptions& options) const override;
@@ -18,6 +26,12 @@ class SsmMethod : public ShadowMethod {
                                                 const Receivers& receivers,
                                                 const MethodOptions& options) const override;
   std::vector<std::pair<std::string, std::string>> DescribeOptions(const MethodOptions& options) const override;
+
+ private:
+  bool IsOnCpu(bool is_software_gl) const {
+    return processor_ == SsmProcessor::kAuto ? is_software_gl : processor_ == SsmProcessor::kCpu;
+  }
+  SsmProcessor processor_;
 };
 
 }  // namespace halfshade
