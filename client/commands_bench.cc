@@ -74,8 +74,7 @@ absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command) {
     results.cases.push_back(std::move(result));
   }
   for (const bench::CurvePlan& plan : suite.curves) {
-    for (bench::Curve& curve : bench::MeasureCurves(client, plan.work, plan.cases, plan.x, suite.curve_settings,
-                                                    suite.effort.repetitions, session->progress())) {
+    for (bench::Curve& curve : bench::MeasureCurves(client, plan, suite.effort, session->progress())) {
       results.curves.push_back(std::move(curve));
     }
   }

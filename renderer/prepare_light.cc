@@ -9,12 +9,39 @@
 namespace halfshade {
 namespace {
 
-using RaySceneCache = gl::ObjectCache<const RayScene>;
+// In place of kChosen; where lights differ, the values of all.
+void ReportChosen(const std::vector<std::pair<std::string, std::string>>& chosen, RenderReport& report) {
+  for (const auto& [name, value] : chosen) {
+    for (auto& [reported_name, reported] : report.options) {
+      if (reported_name != name) continue;
+      if (reported == kChosen) {
+        reported = value;
+      } else if (reported != value && !reported.ends_with(", " + value)) {
+        reported.append(", ").append(value);
+      }
+    }
+  }
+}
 
-absl::StatusOr<RaySceneCache::Pointer> PrepareRayScene(const DrawContext& draw, const LightSource& source,
-                                                       RaySceneCache& cache, RenderReport& report) {
+}  // namespace
+
+SceneFacts FactsOf(const DrawContext& draw) { return {.is_software_gl = draw.context->IsSoftware()}; }
+
+std::string LightName(const LightPlan& plan) {
+  return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
+}
+
+uint64_t CountComputed(const std::vector<LightPlan>& lights) {
+  return uint64_t(std::count_if(lights.begin(), lights.end(),
+                                [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; }));
+}
+
+absl::StatusOr<gl::ObjectCache<const RayScene>::Pointer> PrepareRayScene(const DrawContext& draw,
+                                                                         const LightSource& source, LightCaches& caches,
+                                                                         RenderReport& report) {
+  gl::ObjectCache<const RayScene>& cache = caches.ray_scenes;
   const std::string key = CastersKey(source.scene_name, source.request);
-  RaySceneCache::Pointer ray_scene = cache.Find(key);
+  gl::ObjectCache<const RayScene>::Pointer ray_scene = cache.Find(key);
   const bool is_hit = ray_scene != nullptr;
   if (!is_hit) {
     RETURN_IF_ERROR(TimedPass(draw, report, "ray_scene", &report.light_ms, [&]() -> absl::Status {
@@ -27,33 +54,6 @@ absl::StatusOr<RaySceneCache::Pointer> PrepareRayScene(const DrawContext& draw, 
   report.caches.push_back(
       {.name = "ray_scene", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = ray_scene->SizeBytes()});
   return ray_scene;
-}
-
-// In place of kChosen; where lights differ, the values of all.
-void ReportChosen(const std::vector<std::pair<std::string, std::string>>& chosen, RenderReport& report) {
-  for (const auto& [name, value] : chosen) {
-    for (auto& [reported_name, reported] : report.options) {
-      if (reported_name != name) continue;
-      if (reported == kChosen) {
-        reported = value;
-      } else if (reported != value && !reported.ends_with(", " + value)) {
-        reported += ", " + value;
-      }
-    }
-  }
-}
-
-}  // namespace
-
-std::string LightName(const LightPlan& plan) {
-  return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
-}
-
-SceneFacts FactsOf(const DrawContext& draw) { return {.is_software_gl = draw.context->IsSoftware()}; }
-
-uint64_t CountComputed(const std::vector<LightPlan>& lights) {
-  return uint64_t(std::count_if(lights.begin(), lights.end(),
-                                [](const LightPlan& plan) { return plan.outcome == LightOutcome::kCompute; }));
 }
 
 absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawContext& draw, const LightSource& source,
@@ -75,7 +75,7 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
     inputs.seed = source.request.seed;
     inputs.max_light_data_bytes = caches.light_data.max_bytes() / source.computed_lights;
     if (needs.ray_scene) {
-      ASSIGN_OR_RETURN(inputs.ray_scene, PrepareRayScene(draw, source, caches.ray_scenes, report));
+      ASSIGN_OR_RETURN(inputs.ray_scene, PrepareRayScene(draw, source, caches, report));
     }
     RETURN_IF_ERROR(TimedPass(draw, report, pass, &report.light_ms, [&]() -> absl::Status {
       if (needs.maps > 0) {

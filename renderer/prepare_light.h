@@ -48,6 +48,11 @@ SceneFacts FactsOf(const DrawContext& draw);
 // How many sides the method runs for.
 uint64_t CountComputed(const std::vector<LightPlan>& lights);
 
+// The casters as triangles to trace in: from the context's cache, or built (a pass "ray_scene" of the report) and kept.
+absl::StatusOr<gl::ObjectCache<const RayScene>::Pointer> PrepareRayScene(const DrawContext& draw,
+                                                                         const LightSource& source, LightCaches& caches,
+                                                                         RenderReport& report);
+
 // `pass` names its line in the report.
 absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawContext& draw, const LightSource& source,
                                                                  const AreaLight& side, const std::string& pass,

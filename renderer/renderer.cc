@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "renderer/certify.h"
 #include "renderer/gl/draw_context.h"
 #include "renderer/gl/object_cache.h"
 #include "renderer/light/cpu_receivers.h"
@@ -84,6 +85,7 @@ class Frame {
       }));
     }
     FinishShares();
+    if (request_.certify) FinishCertificate();
     return absl::OkStatus();
   }
 
@@ -166,9 +168,9 @@ class Frame {
     OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
     gl::ObjectCache<LightData>::Pointer& data = held_light_data_[&plan];
+    const LightSource source = {scene_name_, scene_,      pose_,    request_,
+                                method_,     &on_context, decoder_, CountComputed(plan_.lights)};
     if (computes && data == nullptr) {
-      const LightSource source = {scene_name_, scene_,      pose_,    request_,
-                                  method_,     &on_context, decoder_, CountComputed(plan_.lights)};
       ASSIGN_OR_RETURN(data, PrepareLight(draw_, source, light, name + "light_data", *caches_, report_));
     }
     gl::Texture visibility;
@@ -182,6 +184,7 @@ class Frame {
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
                           [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
+    if (request_.certify && view_ == plan_.views.data()) RETURN_IF_ERROR(Certify(plan, name, source));
     if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
         return AddLight(draw_, ltc_, gbuffer_, receivers_, light, visibility, request_, frame_);
@@ -209,7 +212,7 @@ class Frame {
 
   // Visibility to memory: the image, the shares, the largest sum. A NaN out of a pass is our bug.
   absl::Status Collect(size_t light, const gl::Texture& texture, const OcclusionSum* occlusion) {
-    Image pairs(request_.width, request_.height, 2);
+    Image& pairs = visibility_and_share_ = Image(request_.width, request_.height, 2);
     RETURN_IF_ERROR(texture.ReadFloats(pairs.data(), pairs.size()));
     const size_t pixels = size_t(request_.width) * request_.height;
     const size_t channels = request_.lights.size();
@@ -233,6 +236,47 @@ class Frame {
     ASSIGN_OR_RETURN(const double largest, LargestFraction(*occlusion, pixels));
     report_.max_sum = std::max(report_.max_sum, largest);
     return absl::OkStatus();
+  }
+
+  // Traces some pixels of what was just collected, occluded or not: a skip may be wrong too.
+  absl::Status Certify(const LightPlan& plan, const std::string& name, const LightSource& source) {
+    if (ray_scene_ == nullptr) {
+      ASSIGN_OR_RETURN(ray_scene_, PrepareRayScene(draw_, source, *caches_, report_));
+    }
+    return Timed(name + "certify", &certify_ms_, [&]() -> absl::Status {
+      if (receivers_.on_cpu == nullptr) {
+        ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
+        receivers_.on_cpu = &cpu_receivers_;
+      }
+      const auto sides = uint32_t(std::count_if(plan_.lights.begin(), plan_.lights.end(), [](const LightPlan& side) {
+        return side.outcome != LightOutcome::kSkipped;
+      }));
+      const uint32_t pixels = std::max(1u, request_.certify->pixels / sides);
+      std::vector<ChosenPixel> chosen = ChoosePixels(visibility_and_share_, pixels, request_.seed);
+      for (ChosenPixel& pixel : chosen) pixel.stratum += kStrata * certified_sides_;
+      ++certified_sides_;
+      ASSIGN_OR_RETURN(const std::vector<CertifiedPixel> certified,
+                       CertifyPixels(*ray_scene_, plan.light, cpu_receivers_, chosen, visibility_and_share_,
+                                     request_.certify->rays, request_.seed, [&] { return draw_.pacer->Finish(); }));
+      certified_.insert(certified_.end(), certified.begin(), certified.end());
+      report_.passes.back().count = certified.size();
+      return absl::OkStatus();
+    });
+  }
+
+  void FinishCertificate() {
+    const Certificate certificate = EstimateError(certified_, request_.seed);
+    PassReport& pass = report_.passes.emplace_back(PassReport{.name = "certificate", .count = certificate.shadowed});
+    if (!certificate.measured) {
+      pass.reason = certified_.empty() ? "no pixel faces a light" : "rays see no shadow at any of the pixels";
+      return;
+    }
+    report_.error.measured = certificate.measured;
+    report_.error.ci95 = certificate.ci95;
+    report_.error.noise = certificate.noise;
+    pass.reason = std::to_string(certificate.shadowed) + " of " + std::to_string(certificate.pixels) +
+                  " pixels are in shadow; rmse_all " + std::to_string(certificate.rmse_all);
+    if (certificate.IsLimitedByNoise()) pass.reason += "; limited by noise: more rays would tell more";
   }
 
   void FinishShares() {
@@ -264,6 +308,11 @@ class Frame {
   std::map<const LightPlan*, gl::ObjectCache<LightData>::Pointer> held_light_data_;  // what later views need
   std::map<OutputKind, Image> images_;
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
+  Image visibility_and_share_;                          // of the last light
+  gl::ObjectCache<const RayScene>::Pointer ray_scene_;  // of the certificate
+  std::vector<CertifiedPixel> certified_;
+  uint32_t certified_sides_ = 0;
+  double certify_ms_ = 0;  // stands in the passes alone: it is no stage of the picture
   RenderReport report_;
 };
 

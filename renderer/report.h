@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,6 +24,15 @@ struct CacheReport {
   uint64_t bytes = 0;
 };
 
+// Mean absolute error of visibility over shadowed pixels. Absent: not known.
+struct ErrorReport {
+  std::optional<double> predicted{};  // from the method's error model
+  std::optional<double> measured{};   // by certify
+  std::optional<double> ci95{};       // half width of the 95 % interval around measured
+  std::optional<double> noise{};      // of the rays that measured
+  std::optional<double> bound{};      // where one is known
+};
+
 struct RenderReport {
   std::string method;                                        // "multi_map"
   std::vector<std::pair<std::string, std::string>> options;  // resolved, by proto field name
@@ -31,6 +41,7 @@ struct RenderReport {
   double share_umbra = 0;
   double share_penumbra = 0;
   double share_lit = 0;
+  ErrorReport error;
   double max_sum = 0;    // largest visibility or occlusion sum before clamping
   double upload_ms = 0;  // scene to GL
   double light_ms = 0;

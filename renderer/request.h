@@ -141,6 +141,12 @@ enum class CacheMode : uint8_t {
   kRefresh,  // light data of earlier requests is not looked at, and replaced
 };
 
+// Measure the error of visibility by rays (certify.h). Needs FRAME or VISIBILITY.
+struct CertifyOptions {
+  uint32_t pixels = 1024;  // of all lights together, 64..1'000'000
+  int rays = 256;          // in each of two sets at each pixel, 16..65536
+};
+
 struct RenderRequest {
   uint32_t scene_index = 0;
   std::vector<NodeOverride> node_overrides;  // each of another node
@@ -154,6 +160,7 @@ struct RenderRequest {
   std::string method_reason;  // why this method, for the report
   std::vector<OutputKind> outputs;
   Shading shading;
+  std::optional<CertifyOptions> certify;
   uint32_t seed = 0;  // the points that sampled methods look from, the same for every light
   CacheMode cache = CacheMode::kUse;
 };

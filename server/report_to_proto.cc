@@ -56,6 +56,12 @@ v1::RenderReport ToProto(const RenderReport& report) {
   proto.set_method(report.method);
   SetOptions(report, proto.mutable_options());
   proto.set_reason(report.reason);
+  v1::ErrorReport* error = proto.mutable_error();
+  if (report.error.predicted) error->set_predicted(*report.error.predicted);
+  if (report.error.measured) error->set_measured(*report.error.measured);
+  if (report.error.ci95) error->set_ci95(*report.error.ci95);
+  if (report.error.noise) error->set_noise(*report.error.noise);
+  if (report.error.bound) error->set_bound(*report.error.bound);
   proto.mutable_share()->set_umbra(report.share_umbra);
   proto.mutable_share()->set_penumbra(report.share_penumbra);
   proto.mutable_share()->set_lit(report.share_lit);

@@ -201,7 +201,7 @@ absl::Status Store::Writer::Commit() {
   const std::string target = store_->Path(kind_, digest_);
   if (files->Rename(store_->IncomingPath(name), target) != 0) return FileError("renaming an upload");
   if (files->SyncFolder(store_->Folder(kind_)) != 0) {
-    const absl::Status status = FileError("syncing the scene store");
+    absl::Status status = FileError("syncing the scene store");
     files->Unlink(target);
     is_worthless_ = true;
     return status;

@@ -84,7 +84,19 @@ absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request)
   if (request.has_animation()) return NotAvailable("animation", "a pose");
   if (request.has_fog()) return NotAvailable("fog", "fog");
   if (request.has_budget()) return NotAvailable("budget", "a budget");
-  if (request.has_certify()) return NotAvailable("certify", "measuring the error");
+  return absl::OkStatus();
+}
+
+// Bounds of api: a certificate of fewer pixels or rays says nothing, of more it is a render of its own.
+absl::Status CheckCertify(const v1::RenderRequest& request, RenderRequest* result) {
+  if (!request.has_certify()) return absl::OkStatus();
+  RETURN_IF_ERROR(CheckRange("certify.pixels", request.certify().pixels(), 64, 1'000'000));
+  RETURN_IF_ERROR(CheckRange("certify.rays", request.certify().rays(), 16, 65536));
+  const bool has_visibility = std::any_of(result->outputs.begin(), result->outputs.end(), [](OutputKind kind) {
+    return kind == OutputKind::kFrame || kind == OutputKind::kVisibility;
+  });
+  if (!has_visibility) return FieldError("certify", "asked of outputs without visibility; needs FRAME or VISIBILITY");
+  result->certify = CertifyOptions{request.certify().pixels(), int(request.certify().rays())};
   return absl::OkStatus();
 }
 
@@ -157,6 +169,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
     result.reply_bytes += UncompressedBytes(output.second, plain.width, plain.height);
   }
   RETURN_IF_ERROR(CheckLayers(result.formats));
+  RETURN_IF_ERROR(CheckCertify(request, &plain));
   if (result.reply_bytes > limits.render_reply_bytes) {
     return absl::FailedPreconditionError("outputs: " + std::to_string(result.reply_bytes) +
                                          " bytes before compression; Render returns at most " +

@@ -93,8 +93,10 @@ absl::StatusOr<Image> FacingMask(Client& client, const Case& bench_case, const v
   return mask;
 }
 
-// The mean of two halves with seeds of their own, and how far they are apart.
-absl::Status MeasureReference(Client& client, const Case& bench_case, uint32_t rays, CaseResult* result) {
+// The mean of two halves with seeds of their own, how far they are apart, and the mask of what counts.
+absl::Status MeasureReference(Client& client, const Case& bench_case, const v1::Scene& scene, uint32_t rays,
+                              CaseResult* result) {
+  ASSIGN_OR_RETURN(result->mask, FacingMask(client, bench_case, scene));
   Image halves[2];
   for (uint32_t half = 0; half < 2; ++half) {
     v1::RenderRequest request = VisibilityRequest(bench_case, RayMethod(rays / 2), v1::CACHE_MODE_USE);
@@ -169,6 +171,54 @@ absl::StatusOr<std::string> RenderFrame(Client& client, const Case& bench_case) 
   return response.images(0).data();
 }
 
+// What all settings of a step stand against.
+struct StepBase {
+  double primary_cpu_ms = 0;
+  CaseResult truth;  // empty unless errors are measured
+};
+
+absl::StatusOr<StepBase> PrepareStep(Client& client, const Case& bench_case, bool measures_error,
+                                     const Effort& effort) {
+  StepBase base;
+  ASSIGN_OR_RETURN(const v1::Scene scene, client.UploadScene(bench_case.files));
+  ASSIGN_OR_RETURN(base.primary_cpu_ms, PrimaryCpuMs(client, bench_case, effort.repetitions));
+  if (!measures_error) return base;
+  RETURN_IF_ERROR(MeasureReference(client, bench_case, scene, effort.reference_rays, &base.truth));
+  return base;
+}
+
+// Adds a point to each curve that has not failed. Errors come from the shot that warms up.
+void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_error, const Effort& effort,
+                 std::vector<Curve>* curves) {
+  const auto base = PrepareStep(client, step.bench_case, measures_error, effort);
+  std::vector<std::vector<double>> cpu_ms(curves->size());
+  for (int repetition = 0; repetition <= effort.repetitions; ++repetition) {
+    for (size_t i = 0; i < curves->size(); ++i) {
+      Curve& curve = (*curves)[i];
+      if (!curve.failure.empty()) continue;
+      const auto measure = [&]() -> absl::Status {
+        RETURN_IF_ERROR(base.status());
+        ASSIGN_OR_RETURN(const Shot shot, Shoot(client, VisibilityRequest(step.bench_case, step.settings[i].options,
+                                                                          v1::CACHE_MODE_REFRESH)));
+        if (repetition > 0) cpu_ms[i].push_back(shot.report.timing().cpu_ms());
+        if (repetition > 0 || !measures_error) return absl::OkStatus();
+        ASSIGN_OR_RETURN(const ImageError error, Compare(base->truth.reference, shot.visibility, &base->truth.mask));
+        curve.mae_shadowed.push_back(error.mae_shadowed.value_or(0));
+        return absl::OkStatus();
+      };
+      const absl::Status status = measure();
+      if (!status.ok()) curve.failure = absl::StrCat(curve.work, " ", step.x, ": ", status.ToString());
+    }
+  }
+  for (size_t i = 0; i < curves->size(); ++i) {
+    Curve& curve = (*curves)[i];
+    if (!curve.failure.empty()) continue;
+    curve.x.push_back(step.x);
+    // A cost below the clock's own noise counts as that.
+    curve.cpu_ms.push_back(std::max(0.1, Median(cpu_ms[i]) - base->primary_cpu_ms));
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, const std::vector<Setting>& settings,
@@ -176,10 +226,9 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
   CaseResult result;
   result.name = bench_case.name;
   ASSIGN_OR_RETURN(const v1::Scene scene, client.UploadScene(bench_case.files));
-  ASSIGN_OR_RETURN(result.mask, FacingMask(client, bench_case, scene));
   ASSIGN_OR_RETURN(result.frame_png, RenderFrame(client, bench_case));
   ASSIGN_OR_RETURN(result.primary_cpu_ms, PrimaryCpuMs(client, bench_case, effort.repetitions));
-  RETURN_IF_ERROR(MeasureReference(client, bench_case, effort.reference_rays, &result));
+  RETURN_IF_ERROR(MeasureReference(client, bench_case, scene, effort.reference_rays, &result));
   std::vector<Samples> samples(settings.size());
   for (const Setting& setting : settings) result.rows.emplace_back().setting = setting;
   for (int repetition = 0; repetition <= effort.repetitions; ++repetition) {
@@ -219,37 +268,16 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
   return result;
 }
 
-std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const std::vector<Case>& cases,
-                                 const std::vector<double>& x, const std::vector<Setting>& settings, int repetitions,
-                                 Progress& progress) {
-  std::vector<Curve> curves(settings.size());
-  for (size_t i = 0; i < settings.size(); ++i) {
-    curves[i].work = work;
-    curves[i].setting = settings[i];
-    curves[i].x = x;
+std::vector<Curve> MeasureCurves(Client& client, const CurvePlan& plan, const Effort& effort, Progress& progress) {
+  std::vector<Curve> curves;
+  for (const Setting& setting : plan.steps.front().settings) {
+    Curve& curve = curves.emplace_back();
+    curve.work = plan.work;
+    curve.setting = setting;
   }
-  for (size_t c = 0; c < cases.size(); ++c) {
-    progress.Show(work.c_str(), double(c) / double(cases.size()));
-    std::vector<std::vector<double>> cpu_ms(settings.size());
-    absl::Status status = client.UploadScene(cases[c].files).status();
-    const auto primary_ms = status.ok() ? PrimaryCpuMs(client, cases[c], repetitions) : status;
-    for (int repetition = 0; repetition <= repetitions; ++repetition) {
-      for (size_t i = 0; i < settings.size(); ++i) {
-        if (!curves[i].failure.empty()) continue;
-        const auto shot = primary_ms.ok()
-                              ? Shoot(client, VisibilityRequest(cases[c], settings[i].options, v1::CACHE_MODE_REFRESH))
-                              : primary_ms.status();
-        if (!shot.ok()) {
-          curves[i].failure = cases[c].name + ": " + shot.status().ToString();
-        } else if (repetition > 0) {
-          cpu_ms[i].push_back(shot->report.timing().cpu_ms());
-        }
-      }
-    }
-    for (size_t i = 0; i < settings.size(); ++i) {
-      // A cost below the clock's own noise counts as that.
-      if (curves[i].failure.empty()) curves[i].cpu_ms.push_back(std::max(0.1, Median(cpu_ms[i]) - *primary_ms));
-    }
+  for (size_t s = 0; s < plan.steps.size(); ++s) {
+    progress.Show(plan.work.c_str(), double(s) / double(plan.steps.size()));
+    MeasureStep(client, plan.steps[s], plan.measures_error, effort, &curves);
   }
   for (Curve& curve : curves) {
     if (curve.failure.empty() && curve.x.size() > 1) curve.exponent = PowerLawExponent(curve.x, curve.cpu_ms);

@@ -70,19 +70,31 @@ struct CaseResult {
 absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, const std::vector<Setting>& settings,
                                        const Effort& effort, Progress& progress);
 
-// Cost against one kind of work.
-struct Curve {
+// Work that grows in steps. Every step has the same methods in the same order, one a curve: with options of its own
+// where the work is an option.
+struct CurvePlan {
+  struct Step {
+    double x = 1;  // the amount
+    Case bench_case;
+    std::vector<Setting> settings;
+  };
   std::string work;  // "triangles", "pixels", ...
+  std::vector<Step> steps;
+  bool measures_error = false;  // against RAY, at each step
+};
+
+// Cost, and error if it was measured, against one kind of work.
+struct Curve {
+  std::string work;
   Setting setting;
   std::string failure;
   std::vector<double> x;
-  std::vector<double> cpu_ms;  // shadow cost
-  double exponent = 0;         // of the power law through them
+  std::vector<double> cpu_ms;        // shadow cost
+  double exponent = 0;               // of the power law through them
+  std::vector<double> mae_shadowed;  // empty unless measured
 };
 
-// `cases` hold growing work, `x` its amounts: the settings take turns over all of them.
-std::vector<Curve> MeasureCurves(Client& client, const std::string& work, const std::vector<Case>& cases,
-                                 const std::vector<double>& x, const std::vector<Setting>& settings, int repetitions,
-                                 Progress& progress);
+// At each step the settings take turns. What fails ends its curve, whose `failure` says at which step.
+std::vector<Curve> MeasureCurves(Client& client, const CurvePlan& plan, const Effort& effort, Progress& progress);
 
 }  // namespace halfshade::bench

@@ -119,28 +119,37 @@ absl::StatusOr<std::string> CaseSection(const CaseResult& result) {
   return absl::StrCat(html, RowsTable(result), "</section>");
 }
 
+// A joined line of one figure of a curve, into the plot of its work.
+void AddLine(const Curve& curve, const std::vector<double>& figures, const char* figure, const char* unit, Plot* plot) {
+  plot->x_title = curve.work;
+  plot->y_title = figure;
+  PlotSeries& series = plot->series.emplace_back();
+  series.name = curve.setting.method;
+  series.is_joined = true;
+  for (size_t i = 0; i < figures.size(); ++i) {
+    series.points.push_back(
+        {curve.x[i], figures[i], absl::StrFormat("%s: %g, %.4g%s", Name(curve.setting), curve.x[i], figures[i], unit)});
+  }
+}
+
 std::string CurvesSection(const std::vector<Curve>& curves) {
-  std::map<std::string, Plot> plots;
+  std::map<std::string, Plot> costs, errors;
   std::string html =
-      "<section><h2>Cost against work</h2><table><tr><th class=l>work<th class=l>method<th>exponent</tr>";
+      "<section><h2>Cost and error against work</h2><table><tr><th class=l>work<th class=l>method<th>exponent</tr>";
   for (const Curve& curve : curves) {
     absl::StrAppend(&html, "<tr", curve.failure.empty() ? "" : " class=failed", "><td class=l>", HtmlText(curve.work),
                     "<td class=l>", HtmlText(Name(curve.setting)), "<td>",
                     curve.failure.empty() ? absl::StrFormat("%.2f", curve.exponent) : HtmlText(curve.failure), "</tr>");
     if (!curve.failure.empty()) continue;
-    Plot& plot = plots[curve.work];
-    plot.x_title = curve.work;
-    plot.y_title = "shadow cost, CPU-ms of all threads";
-    PlotSeries& series = plot.series.emplace_back();
-    series.name = curve.setting.method;
-    series.is_joined = true;
-    for (size_t i = 0; i < curve.x.size(); ++i) {
-      series.points.push_back({curve.x[i], curve.cpu_ms[i],
-                               absl::StrFormat("%s: %g, %.1f ms", Name(curve.setting), curve.x[i], curve.cpu_ms[i])});
-    }
+    AddLine(curve, curve.cpu_ms, "shadow cost, CPU-ms of all threads", " ms", &costs[curve.work]);
+    if (curve.mae_shadowed.empty()) continue;
+    AddLine(curve, curve.mae_shadowed, "mean |error| over shadowed pixels", "", &errors[curve.work]);
   }
   html += "</table>";
-  for (const auto& [work, plot] : plots) absl::StrAppend(&html, ToSvg(plot));
+  for (const auto& [work, plot] : costs) {
+    absl::StrAppend(&html, ToSvg(plot));
+    if (errors.contains(work)) absl::StrAppend(&html, ToSvg(errors[work]));
+  }
   return html + "</section>";
 }
 

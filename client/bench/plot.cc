@@ -74,9 +74,13 @@ std::string ToSvg(const Plot& plot) {
   std::string path;
   for (size_t i = 0; i < plot.front.size(); ++i) {
     if (!CanBeDrawn(plot.front[i])) continue;
-    if (!path.empty()) absl::StrAppendFormat(&path, "H%.1f", x.At(plot.front[i].x));
-    absl::StrAppendFormat(&path, path.empty() ? "M%2$.1f %1$.1f" : "V%1$.1f", y.At(plot.front[i].y),
-                          x.At(plot.front[i].x));
+    const double across = x.At(plot.front[i].x);
+    const double down = y.At(plot.front[i].y);
+    if (path.empty()) {
+      absl::StrAppendFormat(&path, "M%.1f %.1f", across, down);
+    } else {
+      absl::StrAppendFormat(&path, "H%.1fV%.1f", across, down);
+    }
   }
   if (!path.empty()) {
     absl::StrAppend(&svg, "<path d='", path, "' fill='none' stroke='#999' stroke-width='5' stroke-opacity='.4'/>");

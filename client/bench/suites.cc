@@ -164,38 +164,62 @@ Case MakeCase(const MadeCase& made) {
   return result;
 }
 
-CurvePlan MakeCurve(const std::string& work, const std::vector<MadeCase>& cases, const std::vector<double>& x) {
+// The same settings at every step.
+CurvePlan MakeCurve(const std::string& work, const std::vector<std::pair<double, MadeCase>>& steps,
+                    const std::vector<Setting>& settings) {
   CurvePlan plan;
   plan.work = work;
-  plan.x = x;
-  for (const MadeCase& made : cases) plan.cases.push_back(MakeCase(made));
+  for (const auto& [x, made] : steps) plan.steps.push_back({x, MakeCase(made), settings});
   return plan;
 }
 
-std::vector<CurvePlan> FullCurves() {
+// The same case in settings of another value of one option. `texts` without it; those are the curves' names.
+absl::StatusOr<CurvePlan> MakeOptionCurve(const std::string& option, const std::vector<double>& values,
+                                          const MadeCase& made, const std::vector<SettingText>& texts,
+                                          const std::vector<std::string>& methods) {
+  CurvePlan plan;
+  plan.work = option;
+  plan.measures_error = true;
+  ASSIGN_OR_RETURN(const std::vector<Setting> named, MakeSettings(texts, methods));
+  for (const double value : values) {
+    std::vector<SettingText> with_value = texts;
+    for (SettingText& text : with_value) text.options.push_back(absl::StrCat(option, "=", value));
+    CurvePlan::Step& step = plan.steps.emplace_back(CurvePlan::Step{value, MakeCase(made), {}});
+    ASSIGN_OR_RETURN(step.settings, MakeSettings(with_value, methods));
+    for (size_t i = 0; i < named.size(); ++i) step.settings[i].label = named[i].label;
+  }
+  return plan;
+}
+
+absl::StatusOr<std::vector<CurvePlan>> FullCurves(const std::vector<std::string>& methods) {
+  ASSIGN_OR_RETURN(const std::vector<Setting> settings, MakeSettings(CurveSettings(), methods));
   std::vector<CurvePlan> curves;
   curves.push_back(MakeCurve("triangles",
-                             {{.scene = "S6", .triangles = 1000},
-                              {.scene = "S6", .triangles = 10000},
-                              {.scene = "S6", .triangles = 100000},
-                              {.scene = "S6", .triangles = 1000000}},
-                             {1e3, 1e4, 1e5, 1e6}));
+                             {{1e3, {.scene = "S6", .triangles = 1000}},
+                              {1e4, {.scene = "S6", .triangles = 10000}},
+                              {1e5, {.scene = "S6", .triangles = 100000}},
+                              {1e6, {.scene = "S6", .triangles = 1000000}}},
+                             settings));
   curves.push_back(MakeCurve("light size",
-                             {{.scene = "S5", .light_share = 0.01},
-                              {.scene = "S5", .light_share = 0.05},
-                              {.scene = "S5", .light_share = 0.2},
-                              {.scene = "S5", .light_share = 1}},
-                             {0.01, 0.05, 0.2, 1}));
+                             {{0.01, {.scene = "S5", .light_share = 0.01}},
+                              {0.05, {.scene = "S5", .light_share = 0.05}},
+                              {0.2, {.scene = "S5", .light_share = 0.2}},
+                              {1, {.scene = "S5", .light_share = 1}}},
+                             settings));
+  curves.back().measures_error = true;
   curves.push_back(MakeCurve("pixels",
-                             {{.scene = "S5", .width = 320, .height = 180},
-                              {.scene = "S5", .width = 640, .height = 360},
-                              {.scene = "S5", .width = 1280, .height = 720}},
-                             {57600, 230400, 921600}));
+                             {{57600, {.scene = "S5", .width = 320, .height = 180}},
+                              {230400, {.scene = "S5", .width = 640, .height = 360}},
+                              {921600, {.scene = "S5", .width = 1280, .height = 720}}},
+                             settings));
   curves.push_back(MakeCurve("lights",
-                             {{.scene = "S5", .width = 320, .height = 180},
-                              {.scene = "S5", .width = 320, .height = 180, .lights = 4},
-                              {.scene = "S5", .width = 320, .height = 180, .lights = 16}},
-                             {1, 4, 16}));
+                             {{1, {.scene = "S5", .width = 320, .height = 180}},
+                              {4, {.scene = "S5", .width = 320, .height = 180, .lights = 4}},
+                              {16, {.scene = "S5", .width = 320, .height = 180, .lights = 16}}},
+                             settings));
+  ASSIGN_OR_RETURN(CurvePlan map_size, MakeOptionCurve("map_size", {128, 256, 512, 1024, 2048, 4096}, {.scene = "S2"},
+                                                       {{"hard", {}}, {"pcss", {}}, {"multi_map", {"k=16"}}}, methods));
+  curves.push_back(std::move(map_size));
   return curves;
 }
 
@@ -234,8 +258,7 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     }
   }
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
-  suite.curves = FullCurves();
-  ASSIGN_OR_RETURN(suite.curve_settings, MakeSettings(CurveSettings(), methods));
+  ASSIGN_OR_RETURN(suite.curves, FullCurves(methods));
   return suite;
 }
 
@@ -243,9 +266,14 @@ absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
   Suite suite;
   suite.cases.push_back(MakeCase({.scene = "S3", .width = 64, .height = 36}));
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
+  ASSIGN_OR_RETURN(const std::vector<Setting> curve_settings, MakeSettings(CurveSettings(), methods));
   suite.curves.push_back(MakeCurve(
-      "pixels", {{.scene = "S3", .width = 32, .height = 18}, {.scene = "S3", .width = 64, .height = 36}}, {576, 2304}));
-  ASSIGN_OR_RETURN(suite.curve_settings, MakeSettings(CurveSettings(), methods));
+      "pixels", {{576, {.scene = "S3", .width = 32, .height = 18}}, {2304, {.scene = "S3", .width = 64, .height = 36}}},
+      curve_settings));
+  ASSIGN_OR_RETURN(
+      CurvePlan map_size,
+      MakeOptionCurve("map_size", {64, 128}, {.scene = "S3", .width = 64, .height = 36}, {{"hard", {}}}, methods));
+  suite.curves.push_back(std::move(map_size));
   suite.effort = {.repetitions = 1, .reference_rays = 64, .measures_warm = true};
   return suite;
 }

@@ -10,18 +10,10 @@
 
 namespace halfshade::bench {
 
-// A curve to measure: cases of growing work.
-struct CurvePlan {
-  std::string work;
-  std::vector<Case> cases;
-  std::vector<double> x;
-};
-
 struct Suite {
   std::vector<Case> cases;
   std::vector<Setting> settings;
   std::vector<CurvePlan> curves;
-  std::vector<Setting> curve_settings;
   Effort effort;
 };
 

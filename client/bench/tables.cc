@@ -92,7 +92,9 @@ std::string ToTable(const Results& results) {
       continue;
     }
     for (size_t i = 0; i < curve.x.size(); ++i) {
-      absl::StrAppendFormat(&text, "%g: %.1f ms, ", curve.x[i], curve.cpu_ms[i]);
+      absl::StrAppendFormat(&text, "%g: %.1f ms", curve.x[i], curve.cpu_ms[i]);
+      if (!curve.mae_shadowed.empty()) absl::StrAppendFormat(&text, " at %.5f", curve.mae_shadowed[i]);
+      text += ", ";
     }
     absl::StrAppendFormat(&text, "exponent %.2f", curve.exponent);
   }
@@ -137,7 +139,8 @@ std::string ToJsonText(const Results& results) {
                               {"failure", curve.failure},
                               {"x", curve.x},
                               {"shadow_cpu_ms", curve.cpu_ms},
-                              {"exponent", curve.exponent}});
+                              {"exponent", curve.exponent},
+                              {"mae_shadowed", curve.mae_shadowed}});
   }
   return json.dump(2) + "\n";
 }

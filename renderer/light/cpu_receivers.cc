@@ -12,6 +12,17 @@ namespace {
 
 constexpr int kPointsPerRow = 1024;
 
+// Rows of points that receive nothing yet, relative to the origin.
+CpuReceivers MakeRows(size_t count) {
+  CpuReceivers receivers;
+  receivers.width = int(std::clamp<size_t>(count, 1, kPointsPerRow));
+  receivers.height = int(std::max<size_t>(1, (count + receivers.width - 1) / receivers.width));
+  const size_t size = size_t(receivers.width) * receivers.height;
+  receivers.planes.assign(size, glm::vec4(0));
+  receivers.points.assign(size, glm::vec4(0));
+  return receivers;
+}
+
 }  // namespace
 
 bool CpuReceivers::IsReceiving(size_t index) const {
@@ -42,15 +53,10 @@ CpuReceiver CpuReceivers::At(size_t index) const {
 }
 
 CpuReceivers MakePointReceivers(const std::vector<glm::vec3>& points_ws, const std::vector<glm::vec3>& normals_ws) {
-  CpuReceivers receivers;
+  CpuReceivers receivers = MakeRows(points_ws.size());
   Box3d bounds;
   for (const glm::vec3& point : points_ws) bounds.Add(glm::dvec3(point));
   if (!bounds.IsEmpty()) receivers.camera.eye_ws = bounds.Center();
-  receivers.width = int(std::clamp<size_t>(points_ws.size(), 1, kPointsPerRow));
-  receivers.height = int(std::max<size_t>(1, (points_ws.size() + receivers.width - 1) / receivers.width));
-  const size_t size = size_t(receivers.width) * receivers.height;
-  receivers.planes.assign(size, glm::vec4(0));
-  receivers.points.assign(size, glm::vec4(0));
   for (size_t i = 0; i < points_ws.size(); ++i) {
     const glm::dvec3 point = glm::dvec3(points_ws[i]) - receivers.camera.eye_ws;
     receivers.points[i] = glm::vec4(glm::vec3(point), 0);
@@ -58,6 +64,17 @@ CpuReceivers MakePointReceivers(const std::vector<glm::vec3>& points_ws, const s
     if (normals_ws.empty()) continue;
     const glm::dvec3 normal = glm::normalize(glm::dvec3(normals_ws[i]));
     receivers.planes[i] = glm::vec4(glm::dvec4(normal, glm::dot(normal, point)));
+  }
+  return receivers;
+}
+
+CpuReceivers SelectReceivers(const CpuReceivers& pixels, const std::vector<uint32_t>& indices) {
+  CpuReceivers receivers = MakeRows(indices.size());
+  receivers.camera.eye_ws = pixels.camera.eye_ws;
+  for (size_t i = 0; i < indices.size(); ++i) {
+    const CpuReceiver pixel = pixels.At(indices[i]);
+    receivers.planes[i] = pixels.planes[indices[i]];
+    receivers.points[i] = glm::vec4(glm::vec3(pixel.position_ws - pixels.camera.eye_ws), 0);
   }
   return receivers;
 }

@@ -40,6 +40,10 @@ struct CpuReceivers {
 // empty: no horizon. Coordinates are kept to half an ulp of the distance to the middle of all points.
 CpuReceivers MakePointReceivers(const std::vector<glm::vec3>& points_ws, const std::vector<glm::vec3>& normals_ws);
 
+// Some of the receivers of a picture, as points with the same planes. Positions are kept to half an ulp of the distance
+// to the eye, which the planes are told from.
+CpuReceivers SelectReceivers(const CpuReceivers& pixels, const std::vector<uint32_t>& indices);
+
 // The part of a light that a receiver's plane leaves: heights above the plane are middle + along_u a + along_v b at the
 // light's point (a, b) in [-1/2, 1/2]^2 of its edges, metres.
 struct LightAbovePlane {

@@ -58,7 +58,8 @@ absl::Status OccludersOnContext::DrawRange(const DrawContext& draw, uint64_t fir
                                            int base_vertex) const {
   for (uint64_t done = 0; done < index_count; done += 3 * kTrianglesPerDraw) {
     const uint64_t count = std::min(3 * kTrianglesPerDraw, index_count - done);
-    RETURN_IF_ERROR(draw.pacer->Charge(kMillisecondsPerTriangle * double(count / 3)));
+    const uint64_t triangles = count / 3;
+    RETURN_IF_ERROR(draw.pacer->Charge(kMillisecondsPerTriangle * double(triangles)));
     draw.context->gl().DrawElementsBaseVertex(GL_TRIANGLES, GLsizei(count), GL_UNSIGNED_INT,
                                               reinterpret_cast<const void*>((first_index + done) * sizeof(uint32_t)),
                                               base_vertex);

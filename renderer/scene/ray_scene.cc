@@ -42,7 +42,7 @@ void AddMaskCorners(const FlatScene& scene, const Mesh& mesh, std::vector<glm::v
 bool RayScene::Triangles::IsMaskedAway(uint32_t triangle, float u, float v) const {
   if (triangle < first_masked) return false;
   const uint32_t masked = triangle - first_masked;
-  const glm::vec3* corner = &mask_corners[3 * masked];
+  const glm::vec3* corner = &mask_corners[size_t{3} * masked];
   const glm::vec3 here = corner[0] * (1 - u - v) + corner[1] * u + corner[2] * v;
   return masks[mask_of_triangle[masked]].IsMaskedAway(here, here.z);
 }

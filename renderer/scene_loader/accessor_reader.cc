@@ -29,7 +29,7 @@ AccessorReader::AccessorReader(const GltfData& data, int accessor) {
   components_ = tinygltf::GetNumComponentsInType(uint32_t(source.type));
   component_bytes_ = tinygltf::GetComponentSizeInBytes(uint32_t(source.componentType));
   is_float_ = source.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT;
-  const size_t packed = size_t(components_ * component_bytes_);
+  const size_t packed = size_t(components_) * size_t(component_bytes_);
   stride_ = packed;
   if (source.bufferView >= 0) {
     base_ = ViewBytes(data, source.bufferView, source.byteOffset);
@@ -67,7 +67,7 @@ const char* AccessorReader::At(size_t element) const {
 uint32_t AccessorReader::Unsigned(const char* at) const { return ReadUnsigned(at, component_bytes_); }
 
 float AccessorReader::Float(size_t element, int component) const {
-  const char* at = At(element) + component * component_bytes_;
+  const char* at = At(element) + size_t(component) * size_t(component_bytes_);
   if (!is_float_) return float(Unsigned(at)) / (component_bytes_ == 1 ? 255.0f : 65535.0f);
   float value = 0;
   std::memcpy(&value, at, sizeof(value));
@@ -78,7 +78,8 @@ uint32_t AccessorReader::LargestIndex() const {
   uint32_t largest = 0;
   for (size_t i = 0; i < count_; ++i) {
     const char* at = At(i);
-    for (int c = 0; c < components_; ++c) largest = std::max(largest, Unsigned(at + c * component_bytes_));
+    for (int c = 0; c < components_; ++c)
+      largest = std::max(largest, Unsigned(at + size_t(c) * size_t(component_bytes_)));
   }
   return largest;
 }

@@ -120,7 +120,7 @@ absl::StatusOr<Box3d> MeshBuilder::Measure(const tinygltf::Primitive& primitive,
       }
       const glm::dvec3 position(positions.Vector<glm::vec3>(vertex));
       for (int i = 0; i < 3; ++i) {
-        if (std::abs(position[i]) <= kMaxCoordinate_m) continue;
+        if (std::abs(position[i]) <= kMaxCoordinateM) continue;
         return absl::InvalidArgumentError(pointer + "/attributes/POSITION: element " + std::to_string(vertex) +
                                           (std::isfinite(position[i]) ? " is over 1e18 m away" : " is not finite") +
                                           " (" + AccessorOf(primitive.attributes.at("POSITION")) + ")");

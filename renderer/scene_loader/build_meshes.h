@@ -18,7 +18,7 @@ struct Primitive;
 namespace halfshade {
 
 // Metres from the origin that a vertex may have, in its mesh and in the world: float still holds the square.
-inline constexpr double kMaxCoordinate_m = 1e18;
+inline constexpr double kMaxCoordinateM = 1e18;
 
 // Appends primitives to a scene whose materials stand already. Only vertices that a triangle uses are kept, in the
 // file's order; triangles without area are dropped and counted; a primitive of which nothing is left makes no mesh.

@@ -228,7 +228,7 @@ class Builder {
         for (int i = 0; i < 3; ++i) position[i] += corner >> i & 1 ? mesh.bounds.max[i] : mesh.bounds.min[i];
         const glm::dvec4 world = world_from_node * glm::dvec4(position, 1);
         for (int i = 0; i < 3; ++i) {
-          if (std::abs(world[i]) <= kMaxCoordinate_m) continue;
+          if (std::abs(world[i]) <= kMaxCoordinateM) continue;
           return absl::InvalidArgumentError(Pointer("nodes", index) + ": its mesh reaches over 1e18 m away");
         }
       }

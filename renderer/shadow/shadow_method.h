@@ -67,7 +67,7 @@ class ShadowMethod {
   // The options that light data depends on, for its key. Unless overridden, all.
   virtual std::string LightDataOptions(const MethodOptions& options) const {
     std::string text;
-    for (const auto& [name, value] : DescribeOptions(options)) text += name + "=" + value + " ";
+    for (const auto& [name, value] : DescribeOptions(options)) text.append(name).append("=").append(value).append(" ");
     return text;
   }
   virtual absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,

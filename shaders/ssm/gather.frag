@@ -59,7 +59,7 @@ struct View {
   float depth;
   vec2 middle;
   vec2 half_width;
-  float a, c;
+  float up, slack;
   vec2 b;
   float least, per_ramp;
   float near_depth;
@@ -75,12 +75,12 @@ View MakeView(LitPart part, Receiver receiver) {
   view.half_width = part.half_edges / (z_near * slope_per_texel);
   vec3 normal = receiver.normal;
   float height = dot(normal.xy, light_point) - receiver.offset;
-  view.a = (height - 4.0 * kUlp * abs(height) - receiver.error) / z_near;
+  view.up = height / z_near;
+  view.slack = (4.0 * kUlp * abs(height) + receiver.error) / z_near;
   view.b = normal.xy * slope_per_texel;
-  view.c = dot(normal.xy, first_center) + normal.z;
   float change = abs(view.b.x) + abs(view.b.y);
   view.least = 1e-3 * change;
-  view.per_ramp = 1.0 / (kRampTexels * change + 8.0 * kUlp);
+  view.per_ramp = 1.0 / (kRampTexels * change + 1e-30);
   float half_rise = dot(abs(normal.xy), part.half_edges);
   float lowest = height + dot(normal.xy, part.middle) - half_rise;
   float rise = 2.0 * float(texels_per_patch) * change * z_near + 2.0 * half_rise * map.slab_depth +
@@ -156,7 +156,7 @@ vec2 SumNearTexels(View view, ivec4 box, float end_place, float at_ahead) {
       float ahead = depth - view.depth;
       float place = (shown - map.first_depth) * map.slabs_per_depth;
       bool is_near = ahead > 0.0 && place < end_place;
-      float above = shown * view.a + float(x) * view.b.x + (view.c + float(y) * view.b.y - view.least);
+      float above = (shown - view.depth) * view.up + dot(from, view.b) - view.least - shown * view.slack;
       float weight = clamp(above * view.per_ramp, 0.0, 1.0);
       float window = at_ahead > 0.0 ? at_ahead : ahead;
       vec2 half_width = max(view.half_width * window, vec2(kLeastHalfWindow));
@@ -217,7 +217,7 @@ float HiddenFraction(View view) {
   float seen = 1.0;
   if (area_beyond > 0u) seen -= CoveredShare(view, ahead, near_slab + 1, true);
   if (near.x > 0.0) seen -= SumNearTexels(view, Reach(view, view.depth + ahead), near_end, ahead).x;
-  return sum.x / (sum.x + max(seen, 0.0));
+  return seen > 16.0 * kUlp ? sum.x / (sum.x + seen) : 1.0;
 }
 
 bool LeavesMap(Receiver receiver) {

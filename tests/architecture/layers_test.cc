@@ -52,6 +52,7 @@ const std::vector<Room> kRooms = {
     {"renderer/renderer.",
      {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
       "renderer/shade/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
+    {"renderer/certify.", {"renderer/image/image.h", "renderer/light/", "renderer/scene/ray_scene.h"}},
     {"renderer/passes.", {"renderer/gl/"}},
     {"renderer/prepare_light.",
      {"renderer/gl/", "renderer/light/", "renderer/plan/", "renderer/scene/", "renderer/shadow/shadow_method.h"}},

@@ -192,6 +192,26 @@ TEST_F(RenderCommandTest, OneExrHasFrameAndVisibilityAsLayersEqualToFilesOfTheir
   for (const char* channel : {"frame.R", "frame.A", "visibility.0"}) EXPECT_THAT(bytes, HasSubstr(channel));
 }
 
+TEST_F(RenderCommandTest, ACertificateMeasuresTheErrorAndChangesNoPixel) {
+  const std::vector<std::string> render = {"render", "scene.glb", "-o", "VISIBILITY=v.f32"};
+  const Ran ran = Run(render + kPicture + std::vector<std::string>{"--certify", "1024,256", "--json"});
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  const json report = json::parse(ran.out);
+  ASSERT_TRUE(report["error"].contains("measured")) << ran.out;
+  const double measured = report["error"]["measured"];
+  EXPECT_GT(measured, 0.002);  // sixteen maps of 256 texels
+  EXPECT_LT(measured, 0.05);
+  EXPECT_GT(report["error"]["ci95"], 0);
+  EXPECT_LT(report["error"]["ci95"], measured);
+  EXPECT_LT(report["error"]["noise"], measured / 2);
+  EXPECT_THAT(ran.err, HasSubstr(", error 0.0"));
+  EXPECT_EQ(Digests(render + kPicture), std::vector<std::string>{report["outputs"][0]["pixelSha256"]});
+
+  const Ran plain = Run(render + kPicture + std::vector<std::string>{"--json"});
+  EXPECT_FALSE(json::parse(plain.out)["error"].contains("measured"));
+  EXPECT_EQ(Run(render + kPicture + std::vector<std::string>{"--certify", "63,256"}).exit_code, 65);
+}
+
 TEST_F(RenderCommandTest, MoreThanFourMebibytesComeThrough) {
   const Ran ran = Run({"render", "scene.glb", "-o", "out.f32", "--size", "640x480", "--method", "hard"});
   EXPECT_EQ(ran.exit_code, 0) << ran.err;

@@ -48,6 +48,11 @@ inline FlatScene Scene() {
   return scene;
 }
 
+inline void Certify(v1::RenderRequest& request, uint32_t pixels, uint32_t rays) {
+  request.mutable_certify()->set_pixels(pixels);
+  request.mutable_certify()->set_rays(rays);
+}
+
 inline v1::LookAt& LookAt(v1::RenderRequest& request) { return *request.mutable_camera()->mutable_look_at(); }
 inline v1::AreaLight& Light(v1::RenderRequest& request) { return *request.mutable_lights(0); }
 

@@ -316,7 +316,19 @@ std::vector<Row> Rows() {
       {"Fog", [](Request& r) { r.mutable_fog(); }, later, "fog: "},
       {"AnimationPose", [](Request& r) { r.mutable_animation(); }, later, "animation: "},
       {"BudgetAsked", [](Request& r) { r.mutable_budget(); }, later, "budget: "},
-      {"CertifyAsked", [](Request& r) { r.mutable_certify(); }, later, "certify: "},
+      {"CertifyLeast", [](Request& r) { Certify(r, 64, 16); }, ok, ""},
+      {"CertifyMost", [](Request& r) { Certify(r, 1'000'000, 65536); }, ok, ""},
+      {"CertifyEmpty", [](Request& r) { r.mutable_certify(); }, bad, "certify.pixels: 0; must be 64 to 1e+06"},
+      {"CertifyFewPixels", [](Request& r) { Certify(r, 63, 16); }, bad, "certify.pixels: 63; must be 64 to 1e+06"},
+      {"CertifyManyPixels", [](Request& r) { Certify(r, 1'000'001, 16); }, bad, "certify.pixels: 1000001; must be 64"},
+      {"CertifyFewRays", [](Request& r) { Certify(r, 64, 15); }, bad, "certify.rays: 15; must be 16 to 65536"},
+      {"CertifyManyRays", [](Request& r) { Certify(r, 64, 65537); }, bad, "certify.rays: 65537; must be 16 to 65536"},
+      {"CertifyNormalsAlone",
+       [](Request& r) {
+         Certify(r, 64, 16);
+         r.add_outputs()->set_kind(v1::OUTPUT_KIND_NORMAL);
+       },
+       bad, "certify: asked of outputs without visibility; needs FRAME or VISIBILITY"},
       {"ExposureHigh", [](Request& r) { r.mutable_shading()->set_exposure_ev(32); }, ok, ""},
       {"ExposureTooHigh", [](Request& r) { r.mutable_shading()->set_exposure_ev(33); }, bad,
        "shading.exposure_ev: 33; must be -32 to 32"},

@@ -11,12 +11,7 @@ struct TestGl {
   std::unique_ptr<Renderer> renderer;
 
   TestGl() {
-    gl::ContextOptions options;
-    const char* backend = std::getenv("HALFSHADE_TEST_GL");
-    const std::string name = backend == nullptr ? "auto" : backend;
-    if (name == "egl") options.backend = gl::Backend::kEgl;
-    if (name == "osmesa") options.backend = gl::Backend::kOsmesa;
-    context = OrDie(gl::Context::Create(options));
+    context = OrDie(gl::Context::Create(TestContextOptions()));
     renderer = OrDie(Renderer::Create(
         context.get(), [](const EncodedImage&) { return absl::UnimplementedError("these tests have no textures"); }));
   }
@@ -38,6 +33,15 @@ TestGl& Gl() {
 }
 
 }  // namespace
+
+gl::ContextOptions TestContextOptions() {
+  gl::ContextOptions options;
+  const char* backend = std::getenv("HALFSHADE_TEST_GL");
+  const std::string name = backend == nullptr ? "auto" : backend;
+  if (name == "egl") options.backend = gl::Backend::kEgl;
+  if (name == "osmesa") options.backend = gl::Backend::kOsmesa;
+  return options;
+}
 
 Renderer& TestRenderer() { return *Gl().renderer; }
 gl::Context& TestContext() { return *Gl().context; }
@@ -90,11 +94,37 @@ Image RenderVisibility(const FlatScene& scene, RenderRequest request, RenderRepo
 }
 
 std::vector<TestMethod> TestMethods() {
-  return {{"hard", HardOptions{512}},
-          {"multi_map", MultiMapOptions{32, 512}},
-          {"ray", RayOptions{64}},
-          {"pcss", PcssOptions{512, 7, 15}},
-          {"ssm", SsmOptions{.occluder_map_size = 256, .sub_lights = 2}}};
+  // k points of a digital net hold an anchored rectangle's share of the light to (log2(k) / 2 + 3 / 2) / k
+  // (Niederreiter 1987, (0, m, 2)-nets in base 2).
+  constexpr double kNetOf256 = 5.5 / 256;
+  return {{.name = "hard", .options = HardOptions{512}, .others = {HardOptions{16}, HardOptions{1000}}},
+          {.name = "multi_map",
+           .options = MultiMapOptions{32, 512},
+           .fine = MultiMapOptions{256, 512},
+           .fine_samples = 256,
+           .fine_step = kNetOf256,
+           .others = {MultiMapOptions{1, 64}, MultiMapOptions{3, 16}, MultiMapOptions{8, 100}}},
+          {.name = "ray",
+           .options = RayOptions{64},
+           .fine = RayOptions{256},
+           .fine_samples = 256,
+           .fine_step = kNetOf256,
+           .others = {RayOptions{1}, RayOptions{7}, RayOptions{256, true, 0.02f}, RayOptions{64, true, 0.9f}}},
+          // A blocker that no tap of the search meets covers less than half a tap's width of the light; each axis of
+          // the filter is off by half a tap.
+          {.name = "pcss",
+           .options = PcssOptions{512, 7, 15},
+           .fine = PcssOptions{1024, 31, 63},
+           .fine_step = 1.0 / 62 + 2.0 / 126,
+           .others = {PcssOptions{16, 1, 1}, PcssOptions{100, 3, 31}, PcssOptions{64, 7, 15, FilterWeights::kGaussian},
+                      PcssOptions{256, 7, 15, FilterWeights::kMean, false}}},
+          // A patch's image has straight edges whatever its size: what is left is half a texel.
+          {.name = "ssm",
+           .options = SsmOptions{.occluder_map_size = 256, .sub_lights = 2},
+           .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4},
+           .others = {SsmOptions{.occluder_map_size = 16, .sub_lights = 1, .bins = 1, .measures_coverage = false},
+                      SsmOptions{.occluder_map_size = 100, .passes = 2, .sub_lights = 3, .bins = 16},
+                      SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2}}}};
 }
 
 }  // namespace halfshade

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -16,8 +17,9 @@
 
 namespace halfshade {
 
-// The renderer of the process's one test context (HALFSHADE_TEST_GL: auto, egl or osmesa). Never null: aborts with the
-// context's error.
+// What HALFSHADE_TEST_GL (auto, egl or osmesa) asks for.
+gl::ContextOptions TestContextOptions();
+// The renderer of the process's one test context. Never null: aborts with the context's error.
 Renderer& TestRenderer();
 gl::Context& TestContext();
 
@@ -34,12 +36,21 @@ Camera LookDown(double height, double size_m);
 // Visibility of the request's lights, drawn by the test renderer; the test fails and the image is empty on an error.
 Image RenderVisibility(const FlatScene& scene, RenderRequest request, RenderReport* report = nullptr);
 
-// Every method that is registered, with options that suit a test: named for gtest.
+// A method under test. A new one costs a row in TestMethods and a row of thresholds in tests/accuracy.
 struct TestMethod {
-  std::string name;
-  MethodOptions options;
+  std::string name;       // proto field name, for gtest
+  MethodOptions options;  // quick
+  // At which its own sampling no longer matters much, where that is not `options`: what is left is its model.
+  std::optional<MethodOptions> fine = std::nullopt;
+  int fine_samples = 0;  // points on the light that `fine` looks from; 0: it does not sample the light
+  // By how much `fine` may be off for want of samples or taps on a rectangle along the light's axes.
+  double fine_step = 0;
+  std::vector<MethodOptions> others = {};  // at the ends of their ranges and between, each quick at small pictures
+
+  const MethodOptions& Fine() const { return fine ? *fine : options; }
 };
 inline void PrintTo(const TestMethod& method, std::ostream* out) { *out << method.name; }
+// One of each that is registered (tests/stress has the test that says so).
 std::vector<TestMethod> TestMethods();
 inline std::string TestMethodName(const testing::TestParamInfo<TestMethod>& info) { return info.param.name; }
 

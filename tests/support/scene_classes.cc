@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
 #include "tests/support/mesh_parts.h"
@@ -158,9 +159,53 @@ MadeScene MakeHeap(uint32_t triangles, uint32_t seed) {
   return scene;
 }
 
+// A third of the triangles each for what stands, the ball and the vane.
+MadeScene MakePergola(uint32_t triangles) {
+  MadeScene scene = WithMesh("pergola", {0.55f, 0.4f, 0.28f, 1}, false);
+  const double third = (triangles == 0 ? 6000 : triangles) / 3.0;
+  constexpr double kSlats = 9, kBeams = 2, kPosts = 4;
+  const int cells = Cells(uint32_t(third), int(6 * (kSlats + kBeams + kPosts)));
+  const auto add_bar = [&](const glm::dvec3& center, const glm::dvec3& size) {
+    AddTurnedBox(scene.meshes[0], center - size * 0.5, center + size * 0.5, 0, cells);
+  };
+  for (int i = 0; i < int(kSlats); ++i) add_bar({0.2 * (i - 4), 1.22, 0}, {0.07, 0.03, 1.4});
+  for (const double z : {-0.55, 0.55}) {
+    add_bar({0, 1.17, z}, {1.8, 0.06, 0.06});
+    for (const double x : {-0.8, 0.8}) add_bar({x, 0.57, z}, {0.07, 1.14, 0.07});
+  }
+
+  GlbMesh ball;
+  ball.name = "ball";
+  ball.base_color = {0.3f, 0.45f, 0.65f, 1};
+  AddStarSolid(ball, {0, 0, 0}, Rings(third), [](const glm::dvec3&) { return 0.16; });
+  GlbMesh vane;
+  vane.name = "vane";
+  vane.base_color = {0.65f, 0.35f, 0.3f, 1};
+  vane.is_double_sided = true;
+  const int columns = Cells(uint32_t(third), 1);
+  AddGrid(vane, columns, columns, [](double s, double t) { return glm::dvec3(0.4 * (s - 0.5), 0.5 * (t - 0.5), 0); });
+
+  constexpr double kBallPeriod = 4, kVanePeriod = 6;  // seconds
+  scene.moving.push_back({1, kBallPeriod, [=](double time_s) {
+                            const double angle = 2 * M_PI * time_s / kBallPeriod;
+                            return glm::translate(glm::dmat4(1), {0.45 * std::cos(angle), 0.3, 0.35 * std::sin(angle)});
+                          }});
+  scene.moving.push_back({2, kVanePeriod, [=](double time_s) {
+                            const glm::dmat4 at = glm::translate(glm::dmat4(1), {0.0, 0.7, 0.0});
+                            return glm::rotate(at, 2 * M_PI * time_s / kVanePeriod, {0.0, 1.0, 0.0});
+                          }});
+  for (GlbMesh* mesh : {&ball, &vane}) {
+    const MovingNode& node = scene.moving[scene.meshes.size() - 1];
+    mesh->world_from_mesh = node.world_from_mesh(0);
+    scene.meshes.push_back(*mesh);
+  }
+  scene.fog = MadeFog{.density_per_m = 0.15, .albedo = {0.9, 0.9, 0.92}, .falloff_height_m = 2, .ground_m = 0};
+  return scene;
+}
+
 }  // namespace
 
-std::vector<std::string> SceneClassNames() { return {"S1", "S2", "S3", "S4", "S5", "S6", "S7"}; }
+std::vector<std::string> SceneClassNames() { return {"S1", "S2", "S3", "S4", "S5", "S6", "S7", "S8"}; }
 
 MadeScene MakeSceneClass(const std::string& name, uint32_t triangles, uint32_t seed) {
   if (name == "S1") return MakePlateClass(triangles);
@@ -169,8 +214,9 @@ MadeScene MakeSceneClass(const std::string& name, uint32_t triangles, uint32_t s
   if (name == "S4") return MakeTiltedSheet(triangles);
   if (name == "S5") return MakeClutter(triangles, seed);
   if (name == "S6") return MakeKnobblySolid(triangles, seed);
-  assert(name == "S7");
-  return MakeHeap(triangles, seed);
+  if (name == "S7") return MakeHeap(triangles, seed);
+  assert(name == "S8");
+  return MakePergola(triangles);
 }
 
 }  // namespace halfshade

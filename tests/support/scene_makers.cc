@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
 
 #include "renderer/math/camera.h"
 #include "tests/support/mesh_parts.h"
@@ -131,10 +132,24 @@ MadeScene MakeScene(const std::string& name, const SceneOptions& options) {
   return scene;
 }
 
+std::vector<NodeOverride> OverridesAt(const MadeScene& scene, double time_s) {
+  std::vector<NodeOverride> overrides;
+  for (const MovingNode& node : scene.moving) {
+    NodeOverride& change = overrides.emplace_back();
+    change.node = node.mesh;
+    change.local = node.world_from_mesh(time_s);
+    change.casts = false;
+  }
+  return overrides;
+}
+
 double OccluderExtent(const MadeScene& scene) {
+  std::set<size_t> moving;
+  for (const MovingNode& node : scene.moving) moving.insert(node.mesh);
   Box3d bounds;
-  for (const GlbMesh& mesh : scene.meshes) {
-    for (const glm::vec3& p : mesh.positions) bounds.Add(p);
+  for (size_t i = 0; i < scene.meshes.size(); ++i) {
+    if (moving.contains(i)) continue;
+    for (const glm::vec3& p : scene.meshes[i].positions) bounds.Add(p);  // still meshes stand in the world as they are
   }
   const glm::dvec3 extent = bounds.Extent();
   return std::max({extent.x, extent.y, extent.z});
@@ -171,6 +186,16 @@ std::string ViewFileText(const MadeScene& scene, const std::string& scene_path) 
                    {"v", list(light.axis_v_ws)},      {"width", light.width_m},          {"height", light.height_m}};
   view["ground"] = {{"y", scene.ground_height_m}, {"size", scene.ground_size_m}, {"add", true}};
   return view.dump(1) + "\n";
+}
+
+std::string PoseFileText(const MadeScene& scene, double time_s) {
+  nlohmann::ordered_json changes = nlohmann::ordered_json::array();
+  for (const NodeOverride& change : OverridesAt(scene, time_s)) {
+    std::vector<double> columns;
+    for (int i = 0; i < 16; ++i) columns.push_back((*change.local)[i / 4][i % 4]);
+    changes.push_back({{"name", scene.meshes[change.node].name}, {"transform", columns}, {"casts", change.casts}});
+  }
+  return nlohmann::ordered_json{{"nodeOverrides", changes}}.dump(1) + "\n";
 }
 
 }  // namespace halfshade

@@ -5,19 +5,23 @@
 
 #include "renderer/shade/ltc/fit.h"
 
-int main() {
-  using namespace halfshade;
+namespace halfshade {
+namespace {
+
+size_t EntryAt(int row, int column) { return size_t(kLtcSize) * size_t(row) + size_t(column); }
+
+void PrintTable() {
   // Each lobe starts from its neighbour's: seen along the normal from the rougher one, elsewhere from the steeper view.
-  std::vector<LtcFit> fits(kLtcSize * kLtcSize);
+  std::vector<LtcFit> fits(size_t{kLtcSize} * kLtcSize);
   LtcLobe start = PlainLobe(1);
   for (int row = kLtcSize - 1; row >= 0; --row) {
-    fits[size_t(kLtcSize * row)] = FitLtc(LtcRoughness(row), LtcCosine(0), start);
-    start = fits[size_t(kLtcSize * row)].lobe;
+    fits[EntryAt(row, 0)] = FitLtc(LtcRoughness(row), LtcCosine(0), start);
+    start = fits[EntryAt(row, 0)].lobe;
   }
   const auto fit_rows = [&](int first) {
     for (int row = first; row < kLtcSize; row += 2) {
       for (int column = 1; column < kLtcSize; ++column) {
-        const size_t i = size_t(kLtcSize * row + column);
+        const size_t i = EntryAt(row, column);
         fits[i] = FitLtc(LtcRoughness(row), LtcCosine(column), fits[i - 1].lobe);
       }
     }
@@ -31,3 +35,8 @@ int main() {
     std::printf("{%.6g,%.6g,%.6g,%.6g,%.6g,%.6g},\n", e.m11, e.m13, e.m31, e.m33, e.albedo, e.grazing);
   }
 }
+
+}  // namespace
+}  // namespace halfshade
+
+int main() { halfshade::PrintTable(); }

@@ -21,7 +21,7 @@ double LtcCosine(int column) {
   return std::max(1 - step * step, kMinLtcCosine);
 }
 
-const std::array<LtcEntry, kLtcSize * kLtcSize>& LtcTable() {
+const std::array<LtcEntry, std::size_t{kLtcSize} * kLtcSize>& LtcTable() {
   static const std::array<LtcEntry, kLtcSize* kLtcSize> table = {{
 #include "renderer/shade/ltc/ltc_table.inc"
   }};

@@ -30,7 +30,7 @@ double LtcRoughness(int row);
 double LtcCosine(int column);
 
 // [kLtcSize * row + column].
-const std::array<LtcEntry, kLtcSize * kLtcSize>& LtcTable();
+const std::array<LtcEntry, std::size_t{kLtcSize} * kLtcSize>& LtcTable();
 
 // Between rows and columns, as the shader reads it; roughness and cosine in [0,1].
 LtcEntry InterpolateLtc(double roughness, double cosine);

@@ -43,8 +43,9 @@ struct View {
   float depth = 0;      // of the receiver
   glm::vec2 middle{0};  // the window's middle moves by this a unit of depth
   glm::vec2 half{0};    // and its half width grows by this
-  // A texel (i, j) of depth d stands d a + i b.x + j b.y + c above the plane; counts in full from `full` on.
-  float a = 0, c = 0;
+  // What is `ahead` of the receiver's depth and `from` its place stands above its plane by ahead up + from . b, less
+  // depth slack and `least`; it counts in full a ramp further.
+  float up = 0, slack = 0;
   glm::vec2 b{0};
   float least = 0, per_ramp = 0;
   float near_depth = 0;  // up to here the receiver's own surface may reach into a window
@@ -55,7 +56,6 @@ View MakeView(const BinnedMap& map, const LitPart& part, const ReceiverTile& til
   const float z_near = float(map.z_near);
   const glm::vec2 point(map.point);
   const glm::vec2 slope_per_texel(map.slope_per_texel);
-  const glm::vec2 first(map.first_center);
   const glm::dvec2 slope = glm::dvec2(tile.u[i], tile.v[i]) - map.point * tile.w[i];
   view.place = (slope - map.first_center) / map.slope_per_texel + 0.5;
   view.depth = float(tile.w[i] * map.z_near);
@@ -63,12 +63,12 @@ View MakeView(const BinnedMap& map, const LitPart& part, const ReceiverTile& til
   view.half = part.half_edges / (z_near * slope_per_texel);
   const glm::vec2 normal(tile.normal_x[i], tile.normal_y[i]);
   const float height = tile.height[i] + glm::dot(normal, point);
-  view.a = (height - 4 * kUlp * std::abs(height) - tile.error[i]) / z_near;
+  view.up = height / z_near;
+  view.slack = (4 * kUlp * std::abs(height) + tile.error[i]) / z_near;
   view.b = normal * slope_per_texel;
-  view.c = glm::dot(normal, first) + tile.normal_z[i];
   const float change = std::abs(view.b.x) + std::abs(view.b.y);
   view.least = 1e-3f * change;
-  view.per_ramp = 1 / (kRampTexels * change + 8 * kUlp + std::numeric_limits<float>::min());
+  view.per_ramp = 1 / (kRampTexels * change + std::numeric_limits<float>::min());
   // Of the plane itself nothing is in the cone from the receiver to the light. But a window is widened by patches that
   // it cuts, and of a slab it is as wide as at the mean depth: up to here that may take in the plane. More, where the
   // light's edge comes near to the plane.
@@ -185,7 +185,7 @@ NearSum SumNearTexels(const BinnedMap& map, const View& view, const TexelBox& bo
     const float from_row = float(y + 0.5 - view.place.y);
     const float* row_away = from_row > 0 ? row + map.map_size : row - map.map_size;
     const auto distance_y = hn::Set(d, std::min(std::abs(from_row), kCarriedTexels));
-    const auto above_row = hn::Set(d, view.c + float(y) * view.b.y - view.least);
+    const auto above_row = hn::Set(d, from_row * view.b.y - view.least);
     const auto y_low = hn::Set(d, float(y - view.place.y));
     for (int x = box.x0; x < box.x1; x += lanes) {
       const auto shown = hn::LoadU(d, row + x);
@@ -206,7 +206,9 @@ NearSum SumNearTexels(const BinnedMap& map, const View& view, const TexelBox& bo
       const auto is_near = hn::And(hn::And(hn::Gt(ahead, zero), hn::Lt(place, hn::Set(d, end_place))),
                                    hn::Lt(column, hn::Set(d, float(map.map_size))));
       if (hn::AllFalse(d, is_near)) continue;
-      const auto above = hn::MulAdd(shown, hn::Set(d, view.a), hn::MulAdd(column, hn::Set(d, view.b.x), above_row));
+      const auto rise = hn::MulAdd(hn::Sub(shown, hn::Set(d, view.depth)), hn::Set(d, view.up),
+                                   hn::MulAdd(from_column, hn::Set(d, view.b.x), above_row));
+      const auto above = hn::NegMulAdd(shown, hn::Set(d, view.slack), rise);
       const auto weight = hn::Min(hn::Max(hn::Mul(above, hn::Set(d, view.per_ramp)), zero), one);
       const auto window = at_ahead > 0 ? hn::Set(d, at_ahead) : ahead;
       const auto half_x = hn::Max(hn::Mul(window, hn::Set(d, view.half.x)), hn::Set(d, kLeastHalfWindow));
@@ -228,19 +230,23 @@ NearSum SumNearTexels(const BinnedMap& map, const View& view, const TexelBox& bo
   return {scale * hn::GetLane(hn::SumOfLanes(d, total)), scale * hn::GetLane(hn::SumOfLanes(d, moment))};
 }
 
-// Whether any texel of the box would count in SumNearTexels for a receiver of at least this depth in this plane.
-bool HasNearTexel(const BinnedMap& map, const View& view, const TexelBox& box) {
+// Whether any texel of the box would count in SumNearTexels for a receiver of at least `least_depth` in the view's
+// plane.
+bool HasNearTexel(const BinnedMap& map, const View& view, float least_depth, const TexelBox& box) {
   const hn::ScalableTag<float> d;
   const int lanes = int(hn::Lanes(d));
   const auto zero = hn::Zero(d);
   for (int y = box.y0; y < box.y1; ++y) {
     const float* row = &map.depths[size_t(y) * map.map_size];
-    const auto above_row = hn::Set(d, view.c + float(y) * view.b.y - view.least);
+    const float from_row = float(y + 0.5 - view.place.y);
+    const auto above_row = hn::Set(d, from_row * view.b.y);
     for (int x = box.x0; x < box.x1; x += lanes) {
-      const auto depth = hn::LoadU(d, row + x);
-      const auto column = hn::Iota(d, float(x));
-      const auto above = hn::MulAdd(depth, hn::Set(d, view.a), hn::MulAdd(column, hn::Set(d, view.b.x), above_row));
-      if (!hn::AllFalse(d, hn::And(hn::Gt(depth, hn::Set(d, view.depth)), hn::Gt(above, zero)))) return true;
+      const auto shown = hn::LoadU(d, row + x);
+      const auto from_column = hn::Iota(d, float(x + 0.5 - view.place.x));
+      const auto rise = hn::MulAdd(hn::Sub(shown, hn::Set(d, view.depth)), hn::Set(d, view.up),
+                                   hn::MulAdd(from_column, hn::Set(d, view.b.x), above_row));
+      const auto above = hn::NegMulAdd(shown, hn::Set(d, view.slack), rise);
+      if (!hn::AllFalse(d, hn::And(hn::Gt(shown, hn::Set(d, least_depth)), hn::Gt(above, zero)))) return true;
     }
   }
   return false;
@@ -317,7 +323,8 @@ float HiddenFraction(const BinnedMap& map, const View& view, const TileProof& pr
     near_box = Reach(view, view.depth + ahead, map.map_size);
     seen -= SumNearTexels(map, view, near_box, near_end, ahead).hidden;
   }
-  return hidden / (hidden + std::max(seen, 0.0f));
+  constexpr float kNothing = 16 * kUlp;  // of a sum of shares
+  return seen > kNothing ? hidden / (hidden + seen) : 1;
 }
 
 // All texels that any receiver of the tile may look at through this sub-light, up to `depth`.
@@ -360,11 +367,12 @@ TileProof Prove(const BinnedMap& map, const glm::vec2& half_edges, const Receive
   const uint32_t full = DepthTables::kFullPatch * uint32_t(box.x1 - box.x0) * uint32_t(box.y1 - box.y0);
   proof.is_dark = first_beyond < tables.slabs && sums[first_beyond] == full;
   if (proof.is_dark || first_beyond == 0) return proof;
-  view.depth = depth_low;
-  for (int i = 0; i < tile.count; ++i)
-    view.a = std::max(view.a, view.a + (tile.error[0] - tile.error[i]) / float(map.z_near));
+  // Half of what the surest of them would take for the plane itself: they agree about it to some ulps only.
+  float least_error = tile.error[0];
+  for (int i = 1; i < tile.count; ++i) least_error = std::min(least_error, tile.error[i]);
+  view.slack = 0.5f * (view.slack - tile.error[0] / float(map.z_near) + least_error / float(map.z_near));
   box = ReachOfTile(map, half_edges, tile, std::min(tables.nearest_depth, tables.SlabStart(proof.top_slab + 1)));
-  proof.has_near_texels = HasNearTexel(map, view, box);
+  proof.has_near_texels = HasNearTexel(map, view, depth_low, box);
   return proof;
 }
 

@@ -36,6 +36,7 @@ Results Made() {
   curve.x = {10, 100};
   curve.cpu_ms = {1, 10};
   curve.exponent = 1;
+  curve.mae_shadowed = {0.03, 0.02};
   return {{{"cpu", "a \"fast\" one"}}, {result}, {curve}};
 }
 
@@ -57,6 +58,8 @@ TEST(TablesTest, AFailedSettingIsARowInEveryForm) {
   EXPECT_EQ(json["cases"][0]["rows"][0]["failure"], "INTERNAL: <broken>");
   EXPECT_EQ(json["cases"][0]["rows"][1]["mae_shadowed"], 0.02);
   EXPECT_EQ(json["curves"][0]["exponent"], 1);
+  EXPECT_EQ(json["curves"][0]["mae_shadowed"][1], 0.02);
+  EXPECT_THAT(ToTable(Made()), HasSubstr("10: 1.0 ms at 0.03000, 100: 10.0 ms at 0.02000, exponent 1.00"));
 }
 
 TEST(TablesTest, EveryLineOfTheCsvHasAsManyFieldsAsItsHeader) {

@@ -98,22 +98,26 @@ TEST_F(ClosedFormTest, ASphereHidesWhatItsOwnBodyCovers) {
   EXPECT_GT(partial, 30);
 }
 
-TEST_F(ClosedFormTest, ALightIsTheMeanOfItsFourQuarters) {
-  const glm::dvec2 half(0.4, 0.3);
-  for (double x = -0.9; x < 0.9; x += 0.037) {
-    const glm::dvec3 receiver(x, 0.2 - x / 3, 1);
-    double plate = 0, half_plane = 0;
-    for (const double shift_x : {-0.2, 0.2}) {
-      for (const double shift_y : {-0.15, 0.15}) {
-        const glm::dvec3 shift(shift_x, shift_y, 0);
-        plate += VisibilityBehindPlate(half * 0.5, glm::dvec3(0.1, 0, 0.5) - shift, {0.2, 0.25}, receiver - shift) / 4;
-        half_plane += VisibilityBehindHalfPlane(half * 0.5, {0.8, -0.6}, 0.1 - (0.8 * shift_x - 0.6 * shift_y), 0.5,
-                                                receiver - shift) /
-                      4;
+TEST_F(ClosedFormTest, ALightIsTheMeanOfItsSubLights) {
+  const glm::dvec2 half(0.4, 0.3), plate_size(0.2, 0.25), normal(0.8, -0.6);
+  const glm::dvec3 plate(0.1, 0, 0.5), low(-0.1, -0.2, 0.3), high(0.2, 0.1, 0.6);
+  for (const int q : {2, 4}) {
+    for (double x = -0.9; x < 0.9; x += 0.037) {
+      const glm::dvec3 receiver(x, 0.2 - x / 3, 1);
+      double behind_plate = 0, behind_half_plane = 0, behind_box = 0;
+      const glm::dvec2 part = half / double(q);
+      for (int i = 0; i < q * q; ++i) {
+        const glm::dvec3 shift(part * (2.0 * glm::dvec2(i % q, i / q) + 1.0 - double(q)), 0);
+        const double share = 1.0 / (q * q);
+        behind_plate += share * VisibilityBehindPlate(part, plate - shift, plate_size, receiver - shift);
+        behind_half_plane += share * VisibilityBehindHalfPlane(part, normal, 0.1 - glm::dot(normal, glm::dvec2(shift)),
+                                                               0.5, receiver - shift);
+        behind_box += share * VisibilityBehindBox(part, low - shift, high - shift, receiver - shift);
       }
+      EXPECT_NEAR(VisibilityBehindPlate(half, plate, plate_size, receiver), behind_plate, 1e-12);
+      EXPECT_NEAR(VisibilityBehindHalfPlane(half, normal, 0.1, 0.5, receiver), behind_half_plane, 1e-12);
+      EXPECT_NEAR(VisibilityBehindBox(half, low, high, receiver), behind_box, 1e-12);
     }
-    EXPECT_NEAR(VisibilityBehindPlate(half, {0.1, 0, 0.5}, {0.2, 0.25}, receiver), plate, 1e-12);
-    EXPECT_NEAR(VisibilityBehindHalfPlane(half, {0.8, -0.6}, 0.1, 0.5, receiver), half_plane, 1e-12);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
 
@@ -45,6 +46,22 @@ size_t CountOpenEdges(const GlbMesh& mesh) {
   return size_t(std::count_if(edges.begin(), edges.end(), [](const auto& edge) { return edge.second != 0; }));
 }
 
+// Vertices in the world, moving nodes where they are at a time.
+std::vector<glm::dvec3> PointsAt(const MadeScene& scene, double time_s) {
+  std::vector<glm::dmat4> places;
+  for (const GlbMesh& mesh : scene.meshes) places.push_back(mesh.world_from_mesh);
+  for (const NodeOverride& change : OverridesAt(scene, time_s)) places[change.node] = *change.local;
+  std::vector<glm::dvec3> points;
+  for (size_t i = 0; i < places.size(); ++i) {
+    for (const glm::vec3& p : scene.meshes[i].positions) {
+      points.emplace_back(places[i] * glm::dvec4(glm::dvec3(p), 1));
+    }
+  }
+  return points;
+}
+
+constexpr double kTimes[] = {0, 0.9, 1.7, 2.6, 3.5};  // seconds
+
 class MadeSceneTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, MadeSceneTest, testing::ValuesIn(SceneNames()),
                          [](const auto& tested) { return tested.param; });
@@ -55,11 +72,13 @@ TEST_P(MadeSceneTest, IsWellFormedAndStandsOnItsGround) {
     ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
     ASSERT_EQ(mesh.indices.size() % 3, 0u);
     ASSERT_LT(*std::max_element(mesh.indices.begin(), mesh.indices.end()), mesh.positions.size());
-    for (const glm::vec3& p : mesh.positions) {
+    for (const glm::vec3& n : mesh.normals) ASSERT_NEAR(glm::length(n), 1, 1e-5);
+  }
+  for (const double time_s : kTimes) {
+    for (const glm::dvec3& p : PointsAt(scene, time_s)) {
       ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.z));
       ASSERT_GE(p.y, scene.ground_height_m);
     }
-    for (const glm::vec3& n : mesh.normals) ASSERT_NEAR(glm::length(n), 1, 1e-5);
   }
 }
 
@@ -73,13 +92,13 @@ TEST_P(MadeSceneTest, ItsShadowIsComputedAndItsOccludersAreInView) {
   EXPECT_EQ(plan.lights[0].outcome, LightOutcome::kCompute);
   const Camera& camera = request.camera;
   const double aspect = double(request.width) / request.height;
-  for (const GlbMesh& mesh : scene.meshes) {
-    for (const glm::vec3& p : mesh.positions) {
-      const glm::dvec3 v = glm::dvec3(p) - camera.eye_ws;
+  for (const double time_s : kTimes) {
+    for (const glm::dvec3& p : PointsAt(scene, time_s)) {
+      const glm::dvec3 v = p - camera.eye_ws;
       const double reach = glm::dot(v, camera.forward_ws) * camera.tan_half_fovy;
       ASSERT_GT(reach, camera.near_m * camera.tan_half_fovy);
-      ASSERT_LT(std::abs(glm::dot(v, camera.right_ws)), reach * aspect) << mesh.name;
-      ASSERT_LT(std::abs(glm::dot(v, camera.up_ws)), reach) << mesh.name;
+      ASSERT_LT(std::abs(glm::dot(v, camera.right_ws)), reach * aspect) << time_s;
+      ASSERT_LT(std::abs(glm::dot(v, camera.up_ws)), reach) << time_s;
     }
   }
 }
@@ -113,12 +132,13 @@ TEST_P(SceneClassTest, HasAboutAsManyTrianglesAsAsked) {
 }
 
 TEST(SceneClassesTest, TheSolidsAreClosedAndTheSheetsAreNot) {
-  for (const char* name : {"S2", "S3", "S6", "S7"}) EXPECT_EQ(CountOpenEdges(MakeSmall(name).meshes[0]), 0u) << name;
+  for (const char* name : {"S2", "S3", "S6", "S7", "S8"})
+    EXPECT_EQ(CountOpenEdges(MakeSmall(name).meshes[0]), 0u) << name;
   for (const char* name : {"S1", "S4"}) EXPECT_GT(CountOpenEdges(MakeSmall(name).meshes[0]), 0u) << name;
 }
 
 TEST(SceneClassesTest, TheSolidsFaceOutward) {
-  for (const char* name : {"S2", "S3", "S6", "S7"}) {
+  for (const char* name : {"S2", "S3", "S6", "S7", "S8"}) {
     const GlbMesh mesh = MakeSmall(name).meshes[0];
     double volume = 0;
     for (size_t i = 0; i < mesh.indices.size(); i += 3) {
@@ -137,6 +157,67 @@ TEST(SceneClassesTest, OwnNumbersOfTriangles) {
   for (const auto& [name, triangles] : own) EXPECT_EQ(CountTriangles(MakeScene(name)), triangles);
   EXPECT_NEAR(double(CountTriangles(MakeScene("S6"))), 229e3, 1e3);
   EXPECT_NEAR(double(CountTriangles(MakeScene("S7"))), 1e6, 5e4);
+}
+
+TEST(MovingReceiversTest, MoveAsRigidNamedNodesThatCastNothingAndComeBack) {
+  const MadeScene scene = MakeSmall("S8");
+  const FlatScene flat = MakeFlatScene(scene.meshes);
+  ASSERT_EQ(scene.moving.size(), 2u);
+  EXPECT_EQ(flat.nodes[scene.moving[0].mesh].name, "ball");
+  EXPECT_EQ(flat.nodes[scene.moving[1].mesh].name, "vane");
+  for (size_t i = 0; i < scene.moving.size(); ++i) {
+    const MovingNode& node = scene.moving[i];
+    EXPECT_EQ(node.world_from_mesh(0), scene.meshes[node.mesh].world_from_mesh) << "the file has the pose at 0";
+    EXPECT_NE(node.world_from_mesh(0.3 * node.period_s), node.world_from_mesh(0));
+    const glm::dmat4 difference = node.world_from_mesh(node.period_s) - node.world_from_mesh(0);
+    const glm::dmat3 linear(node.world_from_mesh(0.3 * node.period_s));
+    EXPECT_NEAR(glm::determinant(linear), 1, 1e-12);
+    for (int column = 0; column < 4; ++column) EXPECT_LT(glm::length(difference[column]), 1e-12);
+    const NodeOverride change = OverridesAt(scene, 1)[i];
+    EXPECT_EQ(change.node, node.mesh);
+    EXPECT_EQ(*change.local, node.world_from_mesh(1));
+    EXPECT_FALSE(change.casts);
+    EXPECT_TRUE(change.is_visible && change.receives);
+  }
+}
+
+TEST(MovingReceiversTest, TheOccludersStayAndTheReceiversMove) {
+  const MadeScene scene = MakeSmall("S8");
+  const FlatScene flat = MakeFlatScene(scene.meshes);
+  const auto first = BuildPose(flat, 0, OverridesAt(scene, 0)), later = BuildPose(flat, 0, OverridesAt(scene, 1));
+  ASSERT_EQ(first->instances.size(), 3u);
+  for (size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(first->instances[i].casts, i == 0);
+    EXPECT_EQ(first->instances[i].world_from_mesh == later->instances[i].world_from_mesh, i == 0);
+  }
+  EXPECT_NEAR(OccluderExtent(scene), 1.8, 1e-6) << "of the pergola, wherever the others are";
+}
+
+TEST(MovingReceiversTest, AloneAreInFogAndWithMotion) {
+  for (const std::string& name : SceneNames()) {
+    const MadeScene scene = MakeSmall(name);
+    EXPECT_EQ(scene.fog.has_value(), name == "S8");
+    EXPECT_EQ(scene.moving.empty(), name != "S8");
+    EXPECT_TRUE(OverridesAt(scene, 1).empty() || name == "S8");
+  }
+  const MadeFog fog = *MakeSmall("S8").fog;
+  EXPECT_GT(fog.density_per_m, 0);
+  for (int c = 0; c < 3; ++c) EXPECT_TRUE(fog.albedo[c] >= 0 && fog.albedo[c] <= 1);
+}
+
+TEST(MovingReceiversTest, APoseFileNamesNodesAndTheirMatricesByColumn) {
+  const MadeScene scene = MakeSmall("S8");
+  const nlohmann::json pose = nlohmann::json::parse(PoseFileText(scene, 1));
+  ASSERT_EQ(pose["nodeOverrides"].size(), 2u);
+  EXPECT_EQ(pose["nodeOverrides"][0]["name"], "ball");
+  EXPECT_EQ(pose["nodeOverrides"][0]["casts"], false);
+  // A quarter of its round: from +x to +z.
+  const std::vector<double> transform = pose["nodeOverrides"][0]["transform"];
+  ASSERT_EQ(transform.size(), 16u);
+  EXPECT_NEAR(transform[12], 0, 1e-12);
+  EXPECT_EQ(transform[13], 0.3);
+  EXPECT_NEAR(transform[14], 0.35, 1e-12);
+  EXPECT_EQ(transform[15], 1);
 }
 
 }  // namespace
