@@ -118,6 +118,8 @@ enum class OutputKind : uint8_t {
   kAlbedo,    // [h][w][3] linear base colour
   kObjectId,  // [h][w][1] node index + 1; the ground: node count + 1. Whole numbers, exact to 2^24
   kPosition,  // [h][w][3] metres, world
+  // [light_map_size][light_map_size][2] v and light_z of what the one light's centre sees of the receivers
+  // (plan/light_grid.h); 1 and 0 where there are none.
   kSoftShadowMap,
   kPenumbraWidth,
 };
@@ -159,11 +161,18 @@ struct RenderRequest {
   MethodOptions method;
   std::string method_reason;  // why this method, for the report
   std::vector<OutputKind> outputs;
+  int light_map_size = 512;  // texels a side of kSoftShadowMap, 16..8192
   Shading shading;
   std::optional<CertifyOptions> certify;
   uint32_t seed = 0;  // the points that sampled methods look from, the same for every light
   CacheMode cache = CacheMode::kUse;
 };
+
+// Width and height of an output.
+inline glm::ivec2 SizeOf(const RenderRequest& request, OutputKind kind) {
+  return kind == OutputKind::kSoftShadowMap ? glm::ivec2(request.light_map_size)
+                                            : glm::ivec2(request.width, request.height);
+}
 
 // Points to look from.
 struct QueryPoints {

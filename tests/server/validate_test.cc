@@ -11,6 +11,13 @@
 namespace halfshade {
 namespace {
 
+void AddSoftShadowMap(v1::RenderRequest& request, uint32_t size) {
+  v1::Output* output = request.add_outputs();
+  output->set_kind(v1::OUTPUT_KIND_SOFT_SHADOW_MAP);
+  output->set_encoding(v1::ENCODING_EXR_FLOAT);
+  output->set_light_map_size(size);
+}
+
 using Code = absl::StatusCode;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -346,8 +353,39 @@ std::vector<Row> Rows() {
        "shading.tone_map: 4; no such tone map"},
       {"ToneMapUnknown", [](Request& r) { r.mutable_shading()->set_tone_map(v1::ToneMap(77)); }, bad,
        "shading.tone_map: 77; no such"},
-      {"OutputSoftShadowMap", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_SOFT_SHADOW_MAP); }, later,
-       "outputs[0].kind: SOFT_SHADOW_MAP"},
+      {"OutputPenumbraWidth", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_PENUMBRA_WIDTH); }, later,
+       "outputs[0].kind: PENUMBRA_WIDTH"},
+      {"SoftShadowMap", [](Request& r) { AddSoftShadowMap(r, 16); }, ok, ""},
+      {"SoftShadowMapSizeLow", [](Request& r) { AddSoftShadowMap(r, 15); }, bad,
+       "outputs[0].light_map_size: 15; must be 16 to 8192"},
+      {"SoftShadowMapSizeHigh", [](Request& r) { AddSoftShadowMap(r, 8193); }, bad,
+       "outputs[0].light_map_size: 8193; must be 16 to 8192"},
+      {"SoftShadowMapPng",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         r.mutable_outputs(0)->set_encoding(v1::ENCODING_PNG);
+       },
+       bad, "outputs[0].encoding: PNG holds no metres"},
+      {"SoftShadowMapTwoSizes",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         AddSoftShadowMap(r, 65);
+       },
+       bad, "outputs[1].light_map_size: 65; must be 64, as of the output before it"},
+      {"SoftShadowMapTwoLights",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         while (r.lights_size() < 2) *r.add_lights() = Good().lights(0);
+       },
+       bad, "outputs[0].kind: SOFT_SHADOW_MAP of 2 lights; must be of one"},
+      {"SoftShadowMapTwoSides",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         r.clear_lights();
+         *r.add_lights() = Good().lights(0);
+         r.mutable_lights(0)->set_two_sided(true);
+       },
+       bad, "outputs[0].kind: SOFT_SHADOW_MAP of a light with two sides; must be of one"},
       {"OutputUnknown",
        [](Request& r) {
          r.add_outputs();
