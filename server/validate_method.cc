@@ -12,6 +12,9 @@ constexpr int kMaxMaps = 4096;
 constexpr int kMaxRays = 65536;
 constexpr int kMaxBlockerTaps = 63;
 constexpr int kMaxFilterTaps = 127;
+constexpr int kMaxOccluderMapSize = 1024;  // tables count to that many patches a side, of four texels each
+constexpr int kMaxSubLights = 8;
+constexpr int kMaxBins = 16;
 constexpr int kMinPdsmSamples = 4;
 constexpr int kMaxPdsmSamples = 256;
 constexpr int kMaxPdsmSize = 4096;
@@ -43,6 +46,51 @@ absl::StatusOr<PcssOptions> CheckPcss(const v1::PcssOptions& asked) {
   }
   if (asked.weights() == v1::FILTER_WEIGHTS_GAUSSIAN) options.weights = FilterWeights::kGaussian;
   if (asked.has_skip()) options.skips = asked.skip();
+  return options;
+}
+
+// Enums that are not there, and combinations that have no meaning.
+absl::Status CheckSsmChoices(const v1::SsmOptions& asked) {
+  if (!v1::SsmResolve_IsValid(asked.resolve())) {
+    return FieldError("method.ssm.resolve", std::to_string(asked.resolve()) + "; no such resolve");
+  }
+  if (!v1::SsmAccumulation_IsValid(asked.accumulation())) {
+    return FieldError("method.ssm.accumulation", std::to_string(asked.accumulation()) + "; no such accumulation");
+  }
+  if (!v1::SsmBlend_IsValid(asked.blend())) {
+    return FieldError("method.ssm.blend", std::to_string(asked.blend()) + "; no such blend");
+  }
+  if (asked.accumulation() == v1::SSM_ACCUMULATION_SCATTER) {
+    return NotAvailable("method.ssm.accumulation", "SCATTER");
+  }
+  if (asked.resolve() == v1::SSM_RESOLVE_MAP) return NotAvailable("method.ssm.resolve", "MAP");
+  if (asked.blend() != v1::SSM_BLEND_UNSPECIFIED) {
+    return FieldError("method.ssm.blend", v1::SsmBlend_Name(asked.blend()) + "; needs accumulation SCATTER");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SsmOptions> CheckSsm(const v1::SsmOptions& asked) {
+  RETURN_IF_ERROR(CheckSsmChoices(asked));
+  SsmOptions options;
+  if (asked.occluder_map_size() != 0) {
+    RETURN_IF_ERROR(
+        CheckRange("method.ssm.occluder_map_size", asked.occluder_map_size(), kMinMapSize, kMaxOccluderMapSize));
+    options.occluder_map_size = int(asked.occluder_map_size());
+  }
+  if (asked.has_passes()) {
+    RETURN_IF_ERROR(CheckRange("method.ssm.passes", asked.passes(), 1, 2));
+    options.passes = int(asked.passes());
+  }
+  if (asked.has_sub_lights()) {
+    RETURN_IF_ERROR(CheckRange("method.ssm.sub_lights", asked.sub_lights(), 1, kMaxSubLights));
+    options.sub_lights = int(asked.sub_lights());
+  }
+  if (asked.has_bins()) {
+    RETURN_IF_ERROR(CheckRange("method.ssm.bins", asked.bins(), 1, kMaxBins));
+    options.bins = int(asked.bins());
+  }
+  if (asked.has_coverage()) options.measures_coverage = asked.coverage();
   return options;
 }
 
@@ -153,6 +201,11 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
     }
     case v1::Method::kPcss: {
       ASSIGN_OR_RETURN(result->method, CheckPcss(method.pcss()));
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kSsm: {
+      ASSIGN_OR_RETURN(result->method, CheckSsm(method.ssm()));
       result->method_reason = "asked for";
       return absl::OkStatus();
     }

@@ -58,6 +58,11 @@ const std::vector<SettingText>& FullSettings() {
       {"pcss", {"blocker_taps=7", "filter_taps=15", "skip=false"}},
       {"pcss", {"blocker_taps=11", "filter_taps=21"}},
       {"pcss", {"blocker_taps=29", "filter_taps=41"}},
+      {"ssm", {}},
+      {"ssm", {"sub_lights=1", "occluder_map_size=256"}},
+      {"ssm", {"sub_lights=2", "occluder_map_size=256"}},
+      {"ssm", {"sub_lights=3", "occluder_map_size=256"}},
+      {"ssm", {"sub_lights=4", "occluder_map_size=512"}},
       {"multi_map", {"k=4", "map_size=512"}},
       {"multi_map", {"k=16", "map_size=512"}},
       {"multi_map", {"k=16", "map_size=1024"}},
@@ -83,6 +88,8 @@ const std::vector<SettingText>& QuickSettings() {
   static const std::vector<SettingText> settings = {
       {"hard", {"map_size=1024"}},
       {"pcss", {"blocker_taps=7", "filter_taps=15"}},
+      {"ssm", {}},
+      {"ssm", {"sub_lights=2", "occluder_map_size=256"}},
       {"multi_map", {"k=16", "map_size=512"}},
       {"multi_map", {"k=64", "map_size=512"}},
       {"pdsm", {"k=64"}},
@@ -99,6 +106,7 @@ const std::vector<SettingText>& CurveSettings() {
   static const std::vector<SettingText> settings = {
       {"hard", {"map_size=1024"}},
       {"pcss", {"blocker_taps=7", "filter_taps=15"}},
+      {"ssm", {"sub_lights=2", "occluder_map_size=256"}},
       {"multi_map", {"k=16", "map_size=512"}},
       {"pdsm", {"k=16"}},
       {"ray", {"rays=16"}},

@@ -5,6 +5,7 @@
 #include "renderer/shadow/pdsm/pdsm.h"
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
+#include "renderer/shadow/ssm/ssm.h"
 
 namespace halfshade {
 
@@ -13,9 +14,10 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const MultiMapMethod multi_map;
   static const RayMethod ray;
   static const PcssMethod pcss;
+  static const SsmMethod ssm;
   static const PdsmMethod pdsm;
   static const std::vector<RegisteredMethod> methods = {
-      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"pdsm", &pdsm}};
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"ssm", &ssm}, {"pdsm", &pdsm}};
   return methods;
 }
 

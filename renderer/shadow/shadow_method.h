@@ -25,6 +25,7 @@ namespace halfshade {
 // What a method's needs depend on.
 struct SceneFacts {
   uint64_t occluder_triangles = 0;
+  bool is_software_gl = false;  // GL runs on the CPU: what a method does better there itself, it does
 };
 
 // What a method takes. Pure: known before anything is drawn.
@@ -53,6 +54,9 @@ struct OcclusionSum {
   float full_sum = 1;  // 0: it stands beside each sum
   uint64_t count = 0;  // what the report says of its pass: rays traced, tiles resolved
 };
+
+// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
+inline constexpr char kChosen[] = "auto";
 
 class ShadowMethod {
  public:

@@ -9,6 +9,7 @@ const std::vector<MethodThresholds>& Thresholds() {
   static const std::string kFineTexels = "a texel of 512 is a good part of so narrow a penumbra, in every map";
   static const std::string kLeaves = "many edges cross the light: the rate's factor is 1.4 there";
   static const std::string kDots = "dots where facets are smaller than a texel (renderer/light/README.md)";
+  static const std::string kHalfTexels = "the half texel of 1024 that an edge may stand off";
   static const std::string kSlice = "a shadow less than a slice behind its occluder is missed";
   static const std::vector<MethodThresholds> thresholds = {
       {"hard",
@@ -50,6 +51,41 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S5", 0.2, {0.0028, 0}, {0.0044, 0.054}, kLeaves + "; " + kDots},
            {"S6", 0.2, {0, 0}, {0.0016, 0.13}, kDots},
            {"S7", 0.2, {0, 0}, {0.0015, 0.13}, kDots},
+       }},
+      {"ssm",
+       {
+           {"S1", 0.05, {5e-05, 0.00013}, {5e-05, 0.00013}, kHalfTexels},
+           {"S1", 0.2, {2.5e-05, 0.0023}, {2.5e-05, 0.0022}, kHalfTexels},
+           {"S1", 0.5, {1.3e-05, 0.001}, {1.3e-05, 0.00088}, kHalfTexels},
+           {"S2",
+            0.05,
+            {0.00039, 0.0079},
+            {0.00039, 0.0079},
+            kHalfTexels + "; and of 4 x 4 views each sees one side of the solid"},
+           {"S2",
+            0.2,
+            {0.00052, 0.0048},
+            {0.00055, 0.005},
+            kHalfTexels + "; and of 4 x 4 views each sees one side of the solid"},
+           {"S2",
+            0.5,
+            {0.0014, 0.011},
+            {0.0013, 0.011},
+            kHalfTexels + "; and of 4 x 4 views each sees one side of the solid"},
+           {"S3", 0.05, {0.00034, 0.0037}, {0.00034, 0.0037}, kHalfTexels},
+           {"S3", 0.2, {0.00033, 0.0017}, {0.00012, 0.0017}, kHalfTexels},
+           {"S3", 0.5, {0.0012, 0.017}, {0.00048, 0.015}, kHalfTexels},
+           {"S4", 0.05, {0.00077, 0.0013}, {0.00077, 0.00075}, kHalfTexels},
+           {"S4", 0.2, {0.00044, 0.0028}, {0.00044, 0.0027}, kHalfTexels},
+           {"S4", 0.5, {0.00063, 0.0032}, {0.00063, 0.0032}, kHalfTexels},
+           {"S5",
+            0.2,
+            {0.0043, 0.025},
+            {0.0075, 0.087},
+            "leaves of 16 views overlap between them; on leaves the texels of 1024"},
+           {"S6", 0.2, {0.00062, 0.0059}, {0.0024, 0.026}, kDots},
+           {"S7", 0.2, {0.00077, 0.01}, {0.0021, 0.065}, kDots},
+           {"S8", 0.2, {0.002, 0.056}, {0.0019, 0.056}, kHalfTexels + "; slats cross every window"},
        }},
       {"pdsm",
        {

@@ -50,7 +50,7 @@ TEST(OutputFormatTest, EveryKindInEveryEncodingIsWhatTheTableSays) {
 }
 
 TEST(OutputFormatTest, WhatHasNoEncodingYetSaysSo) {
-  for (const OutputKind kind : {OutputKind::kSoftShadowMap, OutputKind::kPenumbraWidth}) {
+  for (const OutputKind kind : {OutputKind::kPenumbraWidth}) {
     EXPECT_THAT(FormatOf(kind, Encoding::kExrFloat, 1, false),
                 StatusIs(StatusCode::kUnimplemented, HasSubstr("is available in this version")));
   }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <functional>
 #include <set>
+#include <string>
 
 #include "server/report_to_proto.h"
 #include "server/validate.h"
@@ -143,7 +144,7 @@ TEST(ValidateRenderTest, EveryMethodThatIsNotThereIsUnimplementedByItsName) {
     v1::Method* method = request.mutable_method();
     method->GetReflection()->MutableMessage(method, field);
     const absl::Status status = CheckRenderFields(request, Limits());
-    const std::set<std::string> there = {"hard", "multi_map", "ray", "pcss", "pdsm"};
+    const std::set<std::string> there = {"hard", "multi_map", "ray", "pcss", "ssm", "pdsm"};
     if (there.contains(field->name())) {
       EXPECT_OK(status);
     } else {
@@ -162,7 +163,7 @@ TEST(ValidateRenderTest, AKindThatIsNotDrawnIsUnimplementedByItsNameInEveryEncod
       output->set_encoding(v1::Encoding(encoding));
       const absl::Status status = CheckRenderFields(request, Limits());
       SCOPED_TRACE(output->ShortDebugString());
-      if (kind == v1::OUTPUT_KIND_SOFT_SHADOW_MAP || kind == v1::OUTPUT_KIND_PENUMBRA_WIDTH) {
+      if (kind == v1::OUTPUT_KIND_PENUMBRA_WIDTH) {
         const std::string name = v1::OutputKind_Name(v1::OutputKind(kind)).substr(std::strlen("OUTPUT_KIND_"));
         EXPECT_THAT(status, StatusIs(Code::kUnimplemented, HasSubstr("outputs[0].kind: " + name + " is")));
       } else if (!FormatOf(*FromProto(v1::OutputKind(kind)), *FromProto(v1::Encoding(encoding)), 1, false).ok()) {
