@@ -69,7 +69,8 @@ absl::Status WarmUp(Renderer& renderer) {
   light.radiance = light.intensity = glm::vec3(1);
   request.lights = {light};
   for (const MethodOptions& method :
-       {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1})}) {
+       {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1}),
+        MethodOptions(SssmOptions{16, 1, 21, FilterWeights::kMean, false})}) {
     for (const OutputKind kind : {OutputKind::kFrame, OutputKind::kVisibility}) {
       request.method = method;
       request.outputs = {kind};

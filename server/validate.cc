@@ -247,6 +247,10 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   if (const auto* pcss = std::get_if<PcssOptions>(&request.method)) {
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
   }
+  if (const auto* sssm = std::get_if<SssmOptions>(&request.method)) {
+    add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,
+        sssm->thresholds, sssm->sub_lights);
+  }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);

@@ -211,6 +211,50 @@ std::vector<Row> Rows() {
        "method.pcss.filter_taps: 129; must be 1 to 127"},
       {"PcssWeightsUnknown", [](Request& r) { r.mutable_method()->mutable_pcss()->set_weights(v1::FilterWeights(9)); },
        bad, "method.pcss.weights: 9; no such weights"},
+      {"SssmLeast",
+       [](Request& r) {
+         v1::SssmOptions* sssm = r.mutable_method()->mutable_sssm();
+         sssm->set_map_size(16);
+         sssm->set_blocker_taps(1);
+         sssm->set_filter_taps(1);
+         sssm->set_alpha(0);
+         sssm->set_beta(0);
+         sssm->set_sub_lights(1);
+       },
+       ok, ""},
+      {"SssmMost",
+       [](Request& r) {
+         v1::SssmOptions* sssm = r.mutable_method()->mutable_sssm();
+         sssm->set_map_size(8192);
+         sssm->set_blocker_taps(63);
+         sssm->set_filter_taps(127);
+         sssm->set_alpha(1e6);
+         sssm->set_beta(1e6);
+         sssm->set_thresholds(v1::SSSM_THRESHOLDS_ABSOLUTE);
+         sssm->set_sub_lights(8);
+       },
+       ok, ""},
+      {"SssmMapSizeHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_map_size(8193); }, bad,
+       "method.sssm.map_size: 8193; must be 16 to 8192"},
+      {"SssmBlockerTapsEven", [](Request& r) { r.mutable_method()->mutable_sssm()->set_blocker_taps(28); }, bad,
+       "method.sssm.blocker_taps: 28; must be odd"},
+      {"SssmFilterTapsHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_filter_taps(129); }, bad,
+       "method.sssm.filter_taps: 129; must be 1 to 127"},
+      {"SssmWeightsUnknown", [](Request& r) { r.mutable_method()->mutable_sssm()->set_weights(v1::FilterWeights(3)); },
+       bad, "method.sssm.weights: 3; no such weights"},
+      {"SssmAlphaNegative", [](Request& r) { r.mutable_method()->mutable_sssm()->set_alpha(-0.5f); }, bad,
+       "method.sssm.alpha: -0.5; must be 0 to 1e+06"},
+      {"SssmBetaHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_beta(2e6f); }, bad,
+       "method.sssm.beta: 2e+06; must be 0 to 1e+06"},
+      {"SssmAlphaNan", [](Request& r) { r.mutable_method()->mutable_sssm()->set_alpha(std::nanf("")); }, bad,
+       "method.sssm.alpha: nan; must be finite"},
+      {"SssmThresholdsUnknown",
+       [](Request& r) { r.mutable_method()->mutable_sssm()->set_thresholds(v1::SssmThresholds(7)); }, bad,
+       "method.sssm.thresholds: 7; no such thresholds"},
+      {"SssmSubLightsZero", [](Request& r) { r.mutable_method()->mutable_sssm()->set_sub_lights(0); }, bad,
+       "method.sssm.sub_lights: 0; must be 1 to 8"},
+      {"SssmSubLightsHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_sub_lights(9); }, bad,
+       "method.sssm.sub_lights: 9; must be 1 to 8"},
       {"PcssGaussian", [](Request& r) { r.mutable_method()->mutable_pcss()->set_weights(v1::FILTER_WEIGHTS_GAUSSIAN); },
        ok, ""},
       {"RaysZero", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(0); }, bad,

@@ -97,27 +97,34 @@ std::vector<TestMethod> TestMethods() {
   // k points of a digital net hold an anchored rectangle's share of the light to (log2(k) / 2 + 3 / 2) / k
   // (Niederreiter 1987, (0, m, 2)-nets in base 2).
   constexpr double kNetOf256 = 5.5 / 256;
-  return {{.name = "hard", .options = HardOptions{512}, .others = {HardOptions{16}, HardOptions{1000}}},
-          {.name = "multi_map",
-           .options = MultiMapOptions{32, 512},
-           .fine = MultiMapOptions{256, 512},
-           .fine_samples = 256,
-           .fine_step = kNetOf256,
-           .others = {MultiMapOptions{1, 64}, MultiMapOptions{3, 16}, MultiMapOptions{8, 100}}},
-          {.name = "ray",
-           .options = RayOptions{64},
-           .fine = RayOptions{256},
-           .fine_samples = 256,
-           .fine_step = kNetOf256,
-           .others = {RayOptions{1}, RayOptions{7}, RayOptions{256, true, 0.02f}, RayOptions{64, true, 0.9f}}},
-          // A blocker that no tap of the search meets covers less than half a tap's width of the light; each axis of
-          // the filter is off by half a tap.
-          {.name = "pcss",
-           .options = PcssOptions{512, 7, 15},
-           .fine = PcssOptions{1024, 31, 63},
-           .fine_step = 1.0 / 62 + 2.0 / 126,
-           .others = {PcssOptions{16, 1, 1}, PcssOptions{100, 3, 31}, PcssOptions{64, 7, 15, FilterWeights::kGaussian},
-                      PcssOptions{256, 7, 15, FilterWeights::kMean, false}}}};
+  return {
+      {.name = "hard", .options = HardOptions{512}, .others = {HardOptions{16}, HardOptions{1000}}},
+      {.name = "multi_map",
+       .options = MultiMapOptions{32, 512},
+       .fine = MultiMapOptions{256, 512},
+       .fine_samples = 256,
+       .fine_step = kNetOf256,
+       .others = {MultiMapOptions{1, 64}, MultiMapOptions{3, 16}, MultiMapOptions{8, 100}}},
+      {.name = "ray",
+       .options = RayOptions{64},
+       .fine = RayOptions{256},
+       .fine_samples = 256,
+       .fine_step = kNetOf256,
+       .others = {RayOptions{1}, RayOptions{7}, RayOptions{256, true, 0.02f}, RayOptions{64, true, 0.9f}}},
+      // A blocker that no tap of the search meets covers less than half a tap's width of the light; each axis of
+      // the filter is off by half a tap.
+      {.name = "pcss",
+       .options = PcssOptions{512, 7, 15},
+       .fine = PcssOptions{1024, 31, 63},
+       .fine_step = 1.0 / 62 + 2.0 / 126,
+       .others = {PcssOptions{16, 1, 1}, PcssOptions{100, 3, 31}, PcssOptions{64, 7, 15, FilterWeights::kGaussian},
+                  PcssOptions{256, 7, 15, FilterWeights::kMean, false}}},
+      {.name = "sssm",
+       .options = SssmOptions{512, 9, 21, FilterWeights::kMean},
+       .fine = SssmOptions{1024, 31, 63, FilterWeights::kMean},
+       .fine_step = 1.0 / 62 + 2.0 / 126,
+       .others = {SssmOptions{16, 1, 1}, SssmOptions{100, 3, 31}, SssmOptions{256, 9, 21, FilterWeights::kMean, false},
+                  SssmOptions{64, 9, 21, FilterWeights::kGaussian, true, 0.5f, 0, SssmThresholds::kAbsolute, 2}}}};
 }
 
 }  // namespace halfshade
