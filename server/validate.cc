@@ -25,7 +25,7 @@ uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent
 std::string Indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
 
 // What the renderer draws.
-bool IsDrawn(OutputKind kind) { return kind != OutputKind::kSoftShadowMap && kind != OutputKind::kPenumbraWidth; }
+bool IsDrawn(OutputKind kind) { return kind != OutputKind::kSoftShadowMap; }
 
 // The kind and the format of one output. A shadow catcher's FRAME is told by its alpha.
 absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::string& field, const v1::Output& output,

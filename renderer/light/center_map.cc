@@ -90,7 +90,13 @@ absl::StatusOr<CenterMap::Filtered> CenterMap::Filter(const DrawContext& draw, c
   const GladGLContext& gl = draw.context->gl();
   ASSIGN_OR_RETURN(gl::Texture hidden,
                    gl::Texture::Create2D(*draw.context, GL_R32F, receivers.width, receivers.height));
-  ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&hidden}));
+  std::vector<const gl::Texture*> targets = {&hidden};
+  gl::Texture blockers;
+  if (receivers.wants_blockers) {
+    ASSIGN_OR_RETURN(blockers, gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
+    targets.push_back(&blockers);
+  }
+  ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, targets));
   gl.Disable(GL_DEPTH_TEST);
   gl.Disable(GL_BLEND);
   TileList tiles = ListTiles(receivers.width, receivers.height, {});
@@ -117,7 +123,7 @@ absl::StatusOr<CenterMap::Filtered> CenterMap::Filter(const DrawContext& draw, c
   RETURN_IF_ERROR(DrawTiles(draw, *program, receivers.width, receivers.height, tiles,
                             kFilterNanosecondsPerPixel + kFilterNanosecondsPerTap * tap_count));
   RETURN_IF_ERROR(draw.context->Check("light/filter_window"));
-  return Filtered{std::move(hidden), tiles.size()};
+  return Filtered{std::move(hidden), std::move(blockers), tiles.size()};
 }
 
 }  // namespace halfshade

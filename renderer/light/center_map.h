@@ -42,9 +42,10 @@ class CenterMap : public LightData {
   // Hidden fraction of the part of the light above each receiver's plane.
   struct Filtered {
     gl::Texture hidden;    // R32F [height][width]
+    gl::Texture blockers;  // RG32F: w of the average blocker less the receiver's, 1 where there is one; or empty
     uint64_t tiles_drawn;  // of 16 x 16 receivers
   };
-  // `skips`: tiles that the pyramid decides are not drawn.
+  // `skips`: tiles that the pyramid decides are not drawn. Blockers come where `receivers` want them.
   absl::StatusOr<Filtered> Filter(const DrawContext& draw, const Receivers& receivers, const WindowTaps& taps,
                                   bool skips) const;
 

@@ -4,6 +4,7 @@
 #include "light/filter_rows.glsl"
 
 layout(location = 0) out float hidden_fraction;
+layout(location = 1) out vec2 blockers_seen;  // w of their average less the receiver's; 1: there are some
 
 uniform sampler2D hidden_center;  // r: the light's centre is hidden; g: it stands above the plane. From maps of all sides
 
@@ -15,6 +16,7 @@ void main() {
     blockers += SumBlockerRow(receiver, receiver.window.half_window.y * BlockerPlace(y, rows), rows);
   }
   float reach = max(blockers.y / blockers.x - receiver.w, 0.0);  // unused without blockers
+  blockers_seen = blockers.y > 0.0 ? vec2(reach, 1.0) : vec2(0.0);
   vec2 hidden = vec2(0.0);
   rows = blockers.y > 0.0 ? filter_taps : 0;
   for (int y = 0; y < rows; ++y) hidden += SumFilterRow(receiver, reach, FilterPlace(y, rows), 0.0, rows);

@@ -5,6 +5,7 @@
 #include "sssm/rows.glsl"
 
 layout(location = 0) out float hidden_fraction;
+layout(location = 1) out vec2 blockers_seen;  // w of their average less the receiver's; 1: there are some
 
 uniform sampler2D blurred_rows;
 uniform sampler2D hidden_center;  // r: the light's centre is hidden; g: it stands above the plane. From maps of all sides
@@ -13,6 +14,7 @@ uniform float beta;
 void main() {
   MapReceiver receiver = FetchMapReceiver(FetchReceiver(gl_FragCoord.xy));
   float reach = texelFetch(blurred_rows, ivec2(gl_FragCoord.xy), 0).w;
+  blockers_seen = reach > 0.0 ? vec2(reach, 1.0) : vec2(0.0);
   RowLine line = FindRowLine(receiver, gl_FragCoord.xy);
   bool sees_whole = SeesWholeLight(receiver);
   vec2 half_filter = half_edges * reach;

@@ -342,6 +342,20 @@ std::vector<Row> Rows() {
        "shading.tone_map: 4; no such tone map"},
       {"ToneMapUnknown", [](Request& r) { r.mutable_shading()->set_tone_map(v1::ToneMap(77)); }, bad,
        "shading.tone_map: 77; no such"},
+      {"PenumbraWidthOfPcss",
+       [](Request& r) {
+         r.mutable_method()->mutable_pcss();
+         v1::Output* output = r.add_outputs();
+         output->set_kind(v1::OUTPUT_KIND_PENUMBRA_WIDTH);
+         output->set_encoding(v1::ENCODING_EXR_FLOAT);
+       },
+       ok, ""},
+      {"PenumbraWidthInPng",
+       [](Request& r) {
+         r.mutable_method()->mutable_sssm();
+         r.add_outputs()->set_kind(v1::OUTPUT_KIND_PENUMBRA_WIDTH);
+       },
+       bad, "outputs[0].encoding: PNG holds no metres"},
       {"OutputSoftShadowMap", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_SOFT_SHADOW_MAP); }, later,
        "outputs[0].kind: SOFT_SHADOW_MAP"},
       {"OutputUnknown",

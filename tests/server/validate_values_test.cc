@@ -161,7 +161,7 @@ TEST(ValidateRenderTest, AKindThatIsNotDrawnIsUnimplementedByItsNameInEveryEncod
       output->set_encoding(v1::Encoding(encoding));
       const absl::Status status = CheckRenderFields(request, Limits());
       SCOPED_TRACE(output->ShortDebugString());
-      if (kind == v1::OUTPUT_KIND_SOFT_SHADOW_MAP || kind == v1::OUTPUT_KIND_PENUMBRA_WIDTH) {
+      if (kind == v1::OUTPUT_KIND_SOFT_SHADOW_MAP) {
         const std::string name = v1::OutputKind_Name(v1::OutputKind(kind)).substr(std::strlen("OUTPUT_KIND_"));
         EXPECT_THAT(status, StatusIs(Code::kUnimplemented, HasSubstr("outputs[0].kind: " + name + " is")));
       } else if (!FormatOf(*FromProto(v1::OutputKind(kind)), *FromProto(v1::Encoding(encoding)), 1, false).ok()) {

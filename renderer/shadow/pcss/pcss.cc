@@ -34,6 +34,7 @@ absl::StatusOr<OcclusionSum> PcssMethod::ResolveOcclusion(const DrawContext& dra
                        draw, receivers, {pcss.blocker_taps, pcss.filter_taps, pcss.weights}, pcss.skips));
   OcclusionSum result;
   result.sums = std::move(filtered.hidden);
+  result.blockers = std::move(filtered.blockers);
   result.count = filtered.tiles_drawn;
   return result;
 }

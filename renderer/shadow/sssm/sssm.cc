@@ -23,6 +23,8 @@ constexpr double kNanosecondsPerSharedRow = 20;
 constexpr int kLeastTaps = 300;  // 7 and 15 a side are 274: as dear either way; 11 and 21 are 562
 constexpr int kRowsUnit = CenterMap::kFirstFreeUnit;
 constexpr int kProofsUnit = CenterMap::kFirstFreeUnit + 1;
+constexpr int kHiddenUnit = kPlanesUnit + 1;  // of the pass that adds cells
+constexpr int kBlockersUnit = kPlanesUnit + 2;
 
 // A map for each cell of the light.
 struct SssmData : LightData {
@@ -71,13 +73,16 @@ class Passes {
 
   absl::StatusOr<CenterMap::Filtered> Draw() {
     ASSIGN_OR_RETURN(hidden_, gl::Texture::Create2D(*draw_.context, GL_R32F, receivers_.width, receivers_.height));
+    if (receivers_.wants_blockers) {
+      ASSIGN_OR_RETURN(blockers_, gl::Texture::Create2D(*draw_.context, GL_RG32F, receivers_.width, receivers_.height));
+    }
     ASSIGN_OR_RETURN(blocker_rows_, MakeRows(draw_, receivers_));
     ASSIGN_OR_RETURN(blurred_rows_, MakeRows(draw_, receivers_));
     RETURN_IF_ERROR(Start());
     RETURN_IF_ERROR(SumBlockers());
     RETURN_IF_ERROR(BlurRows());
     RETURN_IF_ERROR(BlurColumns());
-    return CenterMap::Filtered{std::move(hidden_), undecided_.size()};
+    return CenterMap::Filtered{std::move(hidden_), std::move(blockers_), undecided_.size()};
   }
 
  private:
@@ -95,16 +100,22 @@ class Passes {
     return program;
   }
 
-  absl::Status DrawOver(const gl::Texture& target, gl::Program& program, const TileList& tiles, double ns_per_pixel) {
-    ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw_.context, {&target}));
+  absl::Status DrawOver(std::vector<const gl::Texture*> targets, gl::Program& program, const TileList& tiles,
+                        double ns_per_pixel) {
+    ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw_.context, targets));
     framebuffer.Bind();
     return DrawTiles(draw_, program, receivers_.width, receivers_.height, tiles, ns_per_pixel);
   }
 
+  std::vector<const gl::Texture*> Results() const {
+    return blockers_ ? std::vector<const gl::Texture*>{&hidden_, &blockers_} : std::vector{&hidden_};
+  }
+
   absl::Status Start() {
     const GladGLContext& gl = draw_.context->gl();
-    ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer,
-                     gl::Framebuffer::Create(*draw_.context, {&hidden_, &blocker_rows_, &blurred_rows_}));
+    std::vector<const gl::Texture*> targets = {&hidden_, &blocker_rows_, &blurred_rows_};
+    if (blockers_) targets.push_back(&blockers_);
+    ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw_.context, targets));
     framebuffer.Bind();
     gl.Viewport(0, 0, receivers_.width, receivers_.height);
     gl.Disable(GL_DEPTH_TEST);
@@ -126,7 +137,8 @@ class Passes {
 
   absl::Status SumBlockers() {
     ASSIGN_OR_RETURN(gl::Program * program, Use("common/tiles.vert", "sssm/blocker_rows.frag"));
-    return DrawOver(blocker_rows_, *program, not_lit_, kPassNanosecondsPerPixel + kNanosecondsPerTap * taps_.blocker);
+    return DrawOver({&blocker_rows_}, *program, not_lit_,
+                    kPassNanosecondsPerPixel + kNanosecondsPerTap * taps_.blocker);
   }
 
   absl::Status BlurRows() {
@@ -136,7 +148,7 @@ class Passes {
     program->Set("blocker_rows", kRowsUnit);
     program->Set("proofs", kProofsUnit);
     program->Set("alpha", options_.alpha);
-    return DrawOver(blurred_rows_, *program, undecided_,
+    return DrawOver({&blurred_rows_}, *program, undecided_,
                     kPassNanosecondsPerPixel + kNanosecondsPerTap * taps_.filter + RowsNanoseconds(taps_.blocker));
   }
 
@@ -149,7 +161,8 @@ class Passes {
     blurred_rows_.Bind(kRowsUnit);
     program->Set("blurred_rows", kRowsUnit);
     program->Set("beta", options_.beta);
-    RETURN_IF_ERROR(DrawOver(hidden_, *program, undecided_, kPassNanosecondsPerPixel + RowsNanoseconds(taps_.filter)));
+    RETURN_IF_ERROR(
+        DrawOver(Results(), *program, undecided_, kPassNanosecondsPerPixel + RowsNanoseconds(taps_.filter)));
     return draw_.context->Check("sssm");
   }
 
@@ -164,27 +177,35 @@ class Passes {
   const Receivers& receivers_;
   const SssmOptions& options_;
   const WindowTaps taps_;
-  gl::Texture hidden_, blocker_rows_, blurred_rows_;
+  gl::Texture hidden_, blockers_, blocker_rows_, blurred_rows_;
   TileList not_lit_, undecided_;
 };
 
-// RG32F: hidden shares of the cells so far, and their shares above the receiver's plane. Empty before the first.
-absl::Status AddCell(const DrawContext& draw, const Receivers& receivers, const AreaLight& cell,
-                     const gl::Texture& hidden, gl::Texture* sums) {
+// Of the cells so far, both RG32F and empty before the first: hidden shares and shares above the receiver's plane;
+// what their blockers add up to, if wanted.
+absl::Status AddCell(const DrawContext& draw, const Receivers& receivers, const AreaLight& light,
+                     const CenterMap::Filtered& cell, gl::Texture* sums, gl::Texture* blockers) {
   const GladGLContext& gl = draw.context->gl();
   const bool is_first = !*sums;
   if (is_first) {
     ASSIGN_OR_RETURN(*sums, gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
+    if (receivers.wants_blockers) {
+      ASSIGN_OR_RETURN(*blockers, gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
+    }
   }
-  ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {sums}));
+  std::vector<const gl::Texture*> targets = {sums};
+  if (receivers.wants_blockers) targets.push_back(blockers);
+  ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, targets));
   ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("common/fullscreen.vert", "sssm/add_cell.frag"));
   framebuffer.Bind();
   gl.Viewport(0, 0, receivers.width, receivers.height);
   program->Use();
-  SetReceivers(*program, receivers, cell);
-  hidden.Bind(kRowsUnit);
-  program->Set("hidden", kRowsUnit);
-  program->Set("half_edges", glm::vec2(cell.width_m / 2, cell.height_m / 2));
+  SetReceivers(*program, receivers, light);
+  cell.hidden.Bind(kHiddenUnit);
+  program->Set("hidden", kHiddenUnit);
+  if (receivers.wants_blockers) cell.blockers.Bind(kBlockersUnit);
+  program->Set("blockers", receivers.wants_blockers ? kBlockersUnit : kHiddenUnit);
+  program->Set("half_edges", glm::vec2(light.width_m / 2, light.height_m / 2));
   if (!is_first) {
     gl.Enable(GL_BLEND);
     gl.BlendFunc(GL_ONE, GL_ONE);
@@ -242,9 +263,10 @@ absl::StatusOr<OcclusionSum> SssmMethod::ResolveOcclusion(const DrawContext& dra
     result.count += cell->tiles_drawn;
     if (data.maps.size() == 1) {
       result.sums = std::move(cell->hidden);
+      result.blockers = std::move(cell->blockers);
       return result;
     }
-    RETURN_IF_ERROR(AddCell(draw, receivers, map->cell(), cell->hidden, &sums));
+    RETURN_IF_ERROR(AddCell(draw, receivers, map->cell(), *cell, &sums, &result.blockers));
   }
   result.sums = std::move(sums);
   result.full_sum = 0;

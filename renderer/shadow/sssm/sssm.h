@@ -17,6 +17,7 @@ class SssmMethod : public ShadowMethod {
   absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                 const Receivers& receivers,
                                                 const MethodOptions& options) const override;
+  bool KnowsBlockers() const override { return true; }
   std::vector<std::pair<std::string, std::string>> DescribeOptions(const MethodOptions& options) const override;
 };
 
