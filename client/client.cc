@@ -69,7 +69,7 @@ grpc::Status ReadStream(grpc::ClientReader<v1::RenderStreamResponse>* stream, v1
         break;  // the plan, or what a later version adds
     }
   }
-  const grpc::Status status = stream->Finish();
+  grpc::Status status = stream->Finish();
   if (!status.ok() || (is_in_order && response->has_report())) return status;
   return {grpc::StatusCode::INTERNAL, "RenderStream: the server's stream has no report, or a chunk before its image"};
 }

@@ -14,6 +14,7 @@ namespace {
 
 constexpr float kLit = 1 - 1.0f / 512;  // from here on v is light
 constexpr int kTileSize = 8;
+constexpr size_t kTilePixels = 64;
 
 // What the request's own rays use must not be used again: their errors would agree.
 constexpr uint32_t kSeedA = 0x9e3779b9u;
@@ -59,19 +60,21 @@ std::vector<ChosenPixel> ChoosePixels(const Image& visibility_and_share, uint32_
   const int width = visibility_and_share.width();
   const int height = visibility_and_share.height();
   const float* const pairs = visibility_and_share.data();
+  const auto visibility = [pairs](size_t pixel) { return pairs[2 * pixel]; };
+  const auto share = [pairs](size_t pixel) { return pairs[2 * pixel + 1]; };
   // The render says shadow; it says light in a tile that has shadow; it says light elsewhere.
   std::array<std::vector<uint32_t>, kStrata> strata;
   // Tile after tile, so that equal stretches of a list are patches of the picture.
   for (int top = 0; top < height; top += kTileSize) {
     for (int left = 0; left < width; left += kTileSize) {
-      std::array<uint32_t, kTileSize * kTileSize> lit;
+      std::array<uint32_t, kTilePixels> lit;
       size_t lit_count = 0;
       const size_t shadowed_before = strata[0].size();
       for (int y = top; y < std::min(top + kTileSize, height); ++y) {
         for (int x = left; x < std::min(left + kTileSize, width); ++x) {
           const uint32_t pixel = uint32_t(y) * uint32_t(width) + uint32_t(x);
-          if (pairs[2 * pixel + 1] <= 0) continue;
-          if (pairs[2 * pixel] < kLit) {
+          if (share(pixel) <= 0) continue;
+          if (visibility(pixel) < kLit) {
             strata[0].push_back(pixel);
           } else {
             lit[lit_count++] = pixel;
@@ -108,7 +111,7 @@ absl::StatusOr<std::vector<CertifiedPixel>> CertifyPixels(const RayScene& scene,
                    TraceLight(scene, side, receivers, {.rays = rays, .seed = seed ^ kSeedB}, stop));
   std::vector<CertifiedPixel> certified;
   for (size_t i = 0; i < chosen.size(); ++i) {
-    certified.push_back({chosen[i].weight, chosen[i].stratum, visibility_and_share.data()[2 * chosen[i].index],
+    certified.push_back({chosen[i].weight, chosen[i].stratum, visibility_and_share.data()[2 * size_t{chosen[i].index}],
                          a.visibility[i], b.visibility[i]});
   }
   return certified;

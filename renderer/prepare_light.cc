@@ -7,6 +7,26 @@
 #include "renderer/status.h"
 
 namespace halfshade {
+namespace {
+
+// In place of kChosen; where lights differ, the values of all.
+void ReportChosen(const std::vector<std::pair<std::string, std::string>>& chosen, RenderReport& report) {
+  for (const auto& [name, value] : chosen) {
+    for (auto& [reported_name, reported] : report.options) {
+      if (reported_name != name) continue;
+      if (reported == kChosen) {
+        reported = value;
+      } else if (reported != value && !reported.ends_with(", " + value)) {
+        reported.append(", ").append(value);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+SceneFacts FactsOf(const DrawContext& draw) { return {.is_software_gl = draw.context->IsSoftware()}; }
+
 std::string LightName(const LightPlan& plan) {
   return "light[" + std::to_string(plan.index) + (plan.is_back ? "]/back/" : "]/");
 }
@@ -49,7 +69,7 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
   if (is_hit) {
     report.passes.push_back(SkippedPass(pass, "cached"));
   } else {
-    const MethodNeeds needs = method.Needs(options, {});
+    const MethodNeeds needs = method.Needs(options, FactsOf(draw));
     LightInputs inputs;
     inputs.light = side;
     inputs.seed = source.request.seed;
@@ -74,6 +94,7 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
     reason += (reason.empty() ? "" : "; ") + std::to_string(redrawn) +
               " maps do not fit the light cache: drawn at every resolve";
   }
+  ReportChosen(data->ChosenOptions(), report);
   report.caches.push_back(
       {.name = pass, .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
   return data;

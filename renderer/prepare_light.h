@@ -42,6 +42,9 @@ struct LightSource {
 // "light[0]/", "light[0]/back/".
 std::string LightName(const LightPlan& plan);
 
+// What a method's needs depend on here.
+SceneFacts FactsOf(const DrawContext& draw);
+
 // How many sides the method runs for.
 uint64_t CountComputed(const std::vector<LightPlan>& lights);
 

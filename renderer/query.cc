@@ -59,7 +59,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
     }));
   }
   ReceiverTextures textures;
-  if (source.computed_lights > 0 && !method.method->Needs(request.method, {}).cpu_receivers) {
+  if (source.computed_lights > 0 && !method.method->Needs(request.method, FactsOf(draw)).cpu_receivers) {
     RETURN_IF_ERROR(TimedPass(draw, report, "receivers", &report.upload_ms, [&]() -> absl::Status {
       ASSIGN_OR_RETURN(textures, UploadReceivers(*draw.context, on_cpu));
       return absl::OkStatus();

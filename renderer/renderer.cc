@@ -94,6 +94,7 @@ class Frame {
       report_.passes.back().count = on_context.decoded_images() - before;
     }
     for (const ViewPlan& view : plan_.views) RETURN_IF_ERROR(DrawView(view, on_context));
+    if (Wants(OutputKind::kSoftShadowMap)) RETURN_IF_ERROR(DrawSoftShadowMap(on_context));
     if (plan_.needs_shading) {
       RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&] {
         return ReadBack(FrameSamples::AreNeeded(request_) ? samples_.Take() : std::move(frame_), OutputKind::kFrame, 4);
@@ -107,7 +108,10 @@ class Frame {
   // In the order of RenderRequest::outputs.
   RenderResult TakeResult() {
     RenderResult result;
-    for (const OutputKind kind : request_.outputs) result.images.push_back({kind, images_[kind]});
+    for (const OutputKind kind : request_.outputs) {
+      result.images.push_back({kind, images_[kind]});
+      if (kind == OutputKind::kSoftShadowMap) result.images.back().grid = grid_;
+    }
     result.report = std::move(report_);
     return result;
   }
@@ -128,7 +132,7 @@ class Frame {
     }));
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
     receivers_.wants_blockers = view.shows_data && Wants(OutputKind::kPenumbraWidth);
-    if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, {}).cpu_receivers) {
+    if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, FactsOf(draw_)).cpu_receivers) {
       RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
         receivers_.on_cpu = &cpu_receivers_;
@@ -155,7 +159,7 @@ class Frame {
 
   absl::Status ReadData() {
     for (const OutputKind kind : request_.outputs) {
-      if (kind == OutputKind::kFrame || images_.contains(kind)) continue;
+      if (kind == OutputKind::kFrame || kind == OutputKind::kSoftShadowMap || images_.contains(kind)) continue;
       RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(images_[kind], ReadDataImage(draw_, kind, gbuffer_, request_.camera));
         return absl::OkStatus();
@@ -218,8 +222,61 @@ class Frame {
         return AddLight(draw_, ltc_, gbuffer_, receivers_, light, share, request_, unshadowed_);
       }));
     }
-    if (view_ == &plan_.views.back()) held_light_data_.erase(&plan);
+    if (view_ == &plan_.views.back() && !Wants(OutputKind::kSoftShadowMap)) held_light_data_.erase(&plan);
     return absl::OkStatus();
+  }
+
+  // The light's own view: its receivers, rasterised from its centre, pass through the same door as pixels. The camera
+  // of the request has no part in it.
+  absl::Status DrawSoftShadowMap(const SceneOnContext& on_context) {
+    const LightPlan& plan = plan_.lights[0];
+    const bool computes = plan.outcome == LightOutcome::kCompute;
+    const std::string name = LightName(plan);
+    if (!computes && plan_.views.empty()) report_.passes.push_back(SkippedPass(name + method_.name, plan.reason));
+    const Pose receiving = GridReceivers(pose_, request_);
+    RenderRequest request = request_;
+    request.camera = camera_;
+    grid_ = PlanLightGrid(scene_, pose_, receiving, request, plan.light);
+    request.camera = CameraOf(grid_, plan.light, request);
+    request.width = request.height = request_.light_map_size;
+    GBuffer gbuffer;
+    RETURN_IF_ERROR(Timed(name + "receiver_map", &report_.shade_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(gbuffer, DrawGBuffer(draw_, scene_, on_context, receiving, request, {}));
+      report_.passes.back().count = gbuffer.triangles_drawn;
+      return absl::OkStatus();
+    }));
+    Receivers receivers = {&gbuffer.planes, request.camera, request.width, request.height};
+    CpuReceivers on_cpu;
+    gl::ObjectCache<LightData>::Pointer data = held_light_data_[&plan];
+    if (computes && data == nullptr) {
+      const LightSource source = {scene_name_, scene_,      pose_,    request_,
+                                  method_,     &on_context, decoder_, CountComputed(plan_.lights)};
+      ASSIGN_OR_RETURN(data, PrepareLight(draw_, source, plan.light, name + "light_data", *caches_, report_));
+    }
+    return Timed(name + "soft_shadow_map", &report_.resolve_ms, [&]() -> absl::Status {
+      OcclusionSum occlusion;
+      if (computes) {
+        if (method_.method->Needs(request_.method, FactsOf(draw_)).cpu_receivers) {
+          ASSIGN_OR_RETURN(on_cpu, ReadBackReceivers(receivers));
+          receivers.on_cpu = &on_cpu;
+        }
+        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers, request_.method));
+        report_.passes.back().count = data->MapsRedrawn() + occlusion.count;
+      }
+      ASSIGN_OR_RETURN(const gl::Texture visibility,
+                       FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers, plan.light));
+      Image& map = images_[OutputKind::kSoftShadowMap] = Image(request.width, request.height, 2);
+      RETURN_IF_ERROR(visibility.ReadFloats(map.data(), map.size()));
+      ASSIGN_OR_RETURN(const Image depth, ReadDataImage(draw_, OutputKind::kDepth, gbuffer, request.camera));
+      for (size_t i = 0; i < depth.size(); ++i) {
+        const float v = map.data()[2 * i];
+        if (!(v >= 0 && v <= 1)) {
+          return absl::InternalError(method_.name + ": visibility " + std::to_string(v) + " in the soft shadow map");
+        }
+        map.data()[2 * i + 1] = depth.data()[i];
+      }
+      return absl::OkStatus();
+    });
   }
 
   template <typename Pass>
@@ -340,6 +397,7 @@ class Frame {
   FrameSamples samples_;
   std::map<const LightPlan*, gl::ObjectCache<LightData>::Pointer> held_light_data_;  // what later views need
   std::map<OutputKind, Image> images_;
+  LightGrid grid_;  // of the soft shadow map
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
   Image visibility_and_share_;                          // of the last light
   gl::ObjectCache<const RayScene>::Pointer ray_scene_;  // of the certificate
@@ -375,7 +433,7 @@ class ContextRenderer : public Renderer {
     gl::Pacer pacer(*context_, stop);
     const DrawContext draw = {context_, &programs_, &pacer};
     gl::ObjectCache<SceneOnContext>::Pointer on_context;
-    if (FindMethod(request.method).method->Needs(request.method, {}).maps > 0) {
+    if (FindMethod(request.method).method->Needs(request.method, FactsOf(draw)).maps > 0) {
       on_context = scenes_.Find(SceneKey(scene_name));
       if (on_context == nullptr) {
         ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));

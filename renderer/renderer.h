@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "renderer/image/image.h"
+#include "renderer/plan/light_grid.h"
 #include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/flat_scene.h"
@@ -33,6 +35,7 @@ using ImageDecoder = std::function<absl::StatusOr<Rgba8Image>(const EncodedImage
 struct RenderedImage {
   OutputKind kind = OutputKind::kFrame;
   Image image;
+  std::optional<LightGrid> grid{};  // of kSoftShadowMap: how it is projected
 };
 
 struct RenderResult {

@@ -86,6 +86,25 @@ struct PcssOptions {
   FilterWeights weights = FilterWeights::kMean;
   bool skips = true;  // tiles that a min/max pyramid proves lit or dark; the same bits either way
 };
+enum class SsmResolve : uint8_t {
+  kPixels,  // at the receivers themselves
+  kMap,     // in a soft shadow map, projected with bilinear filtering (the paper)
+};
+enum class SsmAccumulation : uint8_t {
+  kBinned,   // depth-binned summed-area tables
+  kScatter,  // additive blending of penumbra extents (the paper)
+};
+enum class SsmBlend : uint8_t { kFp32, kFp16, kFp16Batched };  // of kScatter
+struct SsmOptions {
+  int occluder_map_size = 0;  // patches a side, 16..1024; 0: chosen
+  SsmResolve resolve = SsmResolve::kPixels;
+  int passes = 0;  // occluder layers: 1, or 2 with the furthest surfaces; 0: chosen
+  SsmAccumulation accumulation = SsmAccumulation::kBinned;
+  SsmBlend blend = SsmBlend::kFp32;
+  int sub_lights = 0;             // along each edge of the light, 1..8; 0: chosen
+  int bins = 4;                   // slabs of depth of kBinned, 1..16
+  bool measures_coverage = true;  // of each patch, by four texels
+};
 enum class SssmThresholds : uint8_t {
   kRelative,  // fractions of the receiver's depth from the light
   kAbsolute,  // metres
@@ -101,7 +120,7 @@ struct SssmOptions {
   SssmThresholds thresholds = SssmThresholds::kRelative;
   int sub_lights = 1;  // cells along each edge of the light, with a map each, 1..8
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SssmOptions>;
+using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, SssmOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher
@@ -114,6 +133,8 @@ enum class OutputKind : uint8_t {
   kAlbedo,    // [h][w][3] linear base colour
   kObjectId,  // [h][w][1] node index + 1; the ground: node count + 1. Whole numbers, exact to 2^24
   kPosition,  // [h][w][3] metres, world
+  // [light_map_size][light_map_size][2] v and light_z of what the one light's centre sees of the receivers
+  // (plan/light_grid.h); 1 and 0 where there are none.
   kSoftShadowMap,
   kPenumbraWidth,
 };
@@ -155,11 +176,18 @@ struct RenderRequest {
   MethodOptions method;
   std::string method_reason;  // why this method, for the report
   std::vector<OutputKind> outputs;
+  int light_map_size = 512;  // texels a side of kSoftShadowMap, 16..8192
   Shading shading;
   std::optional<CertifyOptions> certify;
   uint32_t seed = 0;  // the points that sampled methods look from, the same for every light
   CacheMode cache = CacheMode::kUse;
 };
+
+// Width and height of an output.
+inline glm::ivec2 SizeOf(const RenderRequest& request, OutputKind kind) {
+  return kind == OutputKind::kSoftShadowMap ? glm::ivec2(request.light_map_size)
+                                            : glm::ivec2(request.width, request.height);
+}
 
 // Points to look from.
 struct QueryPoints {

@@ -70,6 +70,8 @@ absl::Status WarmUp(Renderer& renderer) {
   request.lights = {light};
   for (const MethodOptions& method :
        {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1}),
+        MethodOptions(SsmOptions{.occluder_map_size = 16, .sub_lights = 1}),
+
         MethodOptions(SssmOptions{16, 1, 21, FilterWeights::kMean, false})}) {
     for (const OutputKind kind : {OutputKind::kFrame, OutputKind::kVisibility}) {
       request.method = method;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <map>
@@ -68,6 +69,7 @@ struct Part {
   const Image* image;
   const OutputFormat* format;
   EncodedOutput* out;
+  std::optional<LightGrid> grid{};  // of a soft shadow map
   Sha256 sha{};
   std::vector<std::byte> strip{};
 
@@ -101,6 +103,18 @@ const char* FileName(Encoding encoding) {
   }
 }
 
+// Each exact, with spaces between.
+std::string NumbersText(const double* values, int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    char number[32];
+    const auto end = std::to_chars(number, number + sizeof(number), values[i]).ptr;
+    if (i > 0) text += ' ';
+    text.append(number, end);
+  }
+  return text;
+}
+
 OIIO::ImageSpec SpecOf(const std::vector<Part>& parts) {
   const OutputFormat& first = *parts[0].format;
   OIIO::ImageSpec spec(parts[0].image->width(), parts[0].image->height(), 0, TypeOf(first.sample));
@@ -127,6 +141,12 @@ OIIO::ImageSpec SpecOf(const std::vector<Part>& parts) {
   if (first.encoding == Encoding::kTiff || IsExr(first.encoding)) {
     spec.attribute("DateTime", "0000:00:00 00:00:00");
     spec.attribute("compression", kZip);
+  }
+  for (const Part& part : parts) {
+    if (part.grid && IsExr(first.encoding)) {
+      spec.attribute("light_from_world", NumbersText(&part.grid->light_from_world[0][0], 16));
+      spec.attribute("light_window", NumbersText(&part.grid->window[0], 4));
+    }
   }
   if (first.encoding == Encoding::kJpeg) spec.attribute("compression", "jpeg:" + std::to_string(kJpegQuality));
   return spec;
@@ -246,7 +266,7 @@ absl::StatusOr<std::vector<EncodedOutput>> Encode(std::vector<RenderedImage> ima
   std::vector<EncodedOutput> outputs(images.size());
   for (const auto& [first, members] : files) {
     std::vector<Part> parts;
-    for (const size_t i : members) parts.push_back({&images[i].image, &formats[i], &outputs[i]});
+    for (const size_t i : members) parts.push_back({&images[i].image, &formats[i], &outputs[i], images[i].grid});
     RETURN_IF_ERROR(EncodeFile(std::move(parts), stop));
     for (const size_t i : members) images[i].image = Image();
   }

@@ -22,10 +22,10 @@ Content ContentOf(OutputKind kind) {
       return Content::kIndex;
     case OutputKind::kDepth:
     case OutputKind::kPosition:
+    case OutputKind::kSoftShadowMap:
     case OutputKind::kPenumbraWidth:
       return Content::kMetres;
     case OutputKind::kVisibility:
-    case OutputKind::kSoftShadowMap:
       break;
   }
   return Content::kShare;
@@ -45,6 +45,8 @@ std::vector<std::string> ChannelsOf(OutputKind kind, int lights) {
       return {"Z"};
     case OutputKind::kPosition:
       return {"P.x", "P.y", "P.z"};
+    case OutputKind::kSoftShadowMap:
+      return {"light.visibility", "light.z"};
     default:
       break;
   }
@@ -90,9 +92,6 @@ size_t SampleBytes(SampleType type) {
 }
 
 absl::StatusOr<OutputFormat> FormatOf(OutputKind kind, Encoding encoding, int lights, bool has_alpha) {
-  if (kind == OutputKind::kSoftShadowMap) {
-    return absl::UnimplementedError("no encoding of this kind is available in this version");
-  }
   OutputFormat format{.encoding = encoding, .channels = ChannelsOf(kind, lights)};
   const Content content = ContentOf(kind);
   const bool keeps_alpha = kind == OutputKind::kFrame && has_alpha;

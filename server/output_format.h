@@ -8,6 +8,7 @@
 //   OBJECT_ID   16 bit integer    as PNG    -        half                float                id
 //   DEPTH       -                 float     -        half                float                Z
 //   POSITION    -                 float     -        half                float                P.x .y .z
+//   SOFT_SHADOW_MAP  as POSITION                                                              light.visibility .z
 //
 // "-": refused; JPEG would bend data, PNG has no form for metres. A FRAME has its alpha in EXR and RAW always, in PNG
 // and TIFF where the request's alpha says something (a shadow catcher), and then unassociated: colour divided by

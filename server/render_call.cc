@@ -137,6 +137,8 @@ void RenderCall::Draw(WorkerRenderer& worker) {
 
 void RenderCall::EncodeAndDeliver() {
   if (gave_up_) return;
+  grids_.clear();
+  for (const RenderedImage& image : result_.images) grids_.push_back(image.grid);
   auto encoded = Encode(std::move(result_.images), render_.formats, [this] { return StopReason(); });
   if (!encoded.ok()) {
     Fail(encoded.status());
@@ -156,9 +158,14 @@ void RenderCall::AddImage(size_t index, EncodedOutput encoded, v1::RenderRespons
   image->set_encoding(ToProto(format.encoding));
   image->set_layer(format.layer);
   image->set_data(std::move(encoded.bytes));
-  image->set_width(uint32_t(render_.request.width));
-  image->set_height(uint32_t(render_.request.height));
+  const glm::ivec2 size = SizeOf(render_.request, render_.request.outputs[index]);
+  image->set_width(uint32_t(size.x));
+  image->set_height(uint32_t(size.y));
   image->set_channels(uint32_t(format.channels.size()));
+  if (const auto& grid = grids_[index]) {
+    for (int i = 0; i < 16; ++i) image->add_light_from_world(grid->light_from_world[i / 4][i % 4]);
+    for (int i = 0; i < 4; ++i) image->add_window(grid->window[i]);
+  }
   v1::OutputReport* report = response->mutable_report()->add_outputs();
   report->set_kind(ShortName(image->kind()));
   report->set_encoding(ShortName(image->encoding()));

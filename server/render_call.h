@@ -12,7 +12,9 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "halfshade/v1/render.pb.h"
 #include "renderer/renderer.h"
@@ -96,6 +98,7 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   ValidatedRender render_;
   ByteBudget::Hold in_flight_;
   RenderResult result_;
+  std::vector<std::optional<LightGrid>> grids_;  // of result_.images
   std::chrono::steady_clock::time_point queued_at_, dequeued_at_;
   double load_ms_ = 0, queue_ms_ = 0, cpu_ms_ = 0;
   std::string gl_renderer_, gl_version_;

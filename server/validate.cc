@@ -19,13 +19,12 @@ namespace {
 
 constexpr uint32_t kDefaultWidth = 1280;
 constexpr uint32_t kDefaultHeight = 720;
+constexpr uint32_t kDefaultLightMapSize = 512;
+constexpr uint32_t kMinLightMapSize = 16;
 
 uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent : value; }
 
 std::string Indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
-
-// What the renderer draws.
-bool IsDrawn(OutputKind kind) { return kind != OutputKind::kSoftShadowMap; }
 
 // The kind and the format of one output. A shadow catcher's FRAME is told by its alpha.
 absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::string& field, const v1::Output& output,
@@ -34,7 +33,6 @@ absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::strin
   if (!kind) return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
   const auto encoding = FromProto(output.encoding());
   if (!encoding) return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
-  if (!IsDrawn(*kind)) return NotAvailable(field + ".kind", ShortName(ToProto(*kind)));
   absl::StatusOr<OutputFormat> format = FormatOf(*kind, *encoding, lights, is_catcher);
   if (!format.ok()) return FieldError(field + ".encoding", std::string(format.status().message()));
   if (!output.layer().empty()) {
@@ -45,6 +43,30 @@ absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::strin
     }
   }
   return std::pair(*kind, *std::move(format));
+}
+
+// A soft shadow map belongs to one side of one light, and a request has one size for it. Lights that are not given are
+// one.
+absl::Status CheckLightMap(const std::string& field, const v1::Output& output, const v1::RenderRequest& request,
+                           const Limits& limits, RenderRequest* plain) {
+  if (request.lights_size() > 1) {
+    return FieldError(field + ".kind", absl::StrCat("SOFT_SHADOW_MAP of ", request.lights_size(),
+                                                    " lights; must be of one: ask for each in a request of its own"));
+  }
+  if (request.lights_size() == 1 && request.lights(0).two_sided()) {
+    return FieldError(field + ".kind", "SOFT_SHADOW_MAP of a light with two sides; must be of one");
+  }
+  const uint32_t size = OrDefault(output.light_map_size(), kDefaultLightMapSize);
+  RETURN_IF_ERROR(
+      CheckRange(field + ".light_map_size", size, kMinLightMapSize, std::min(limits.image_width, limits.image_height)));
+  const bool is_first =
+      std::find(plain->outputs.begin(), plain->outputs.end(), OutputKind::kSoftShadowMap) == plain->outputs.end();
+  if (!is_first && int(size) != plain->light_map_size) {
+    return FieldError(field + ".light_map_size",
+                      absl::StrCat(size, "; must be ", plain->light_map_size, ", as of the output before it"));
+  }
+  plain->light_map_size = int(size);
+  return absl::OkStatus();
 }
 
 // Layers share a file, in which a channel's name stands once.
@@ -164,9 +186,13 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   if (outputs.empty()) outputs.Add();
   for (int i = 0; i < outputs.size(); ++i) {
     ASSIGN_OR_RETURN(const auto output, CheckOutput(Indexed("outputs", i), outputs[i], lights, is_catcher));
+    if (output.first == OutputKind::kSoftShadowMap) {
+      RETURN_IF_ERROR(CheckLightMap(Indexed("outputs", i), outputs[i], request, limits, &plain));
+    }
     plain.outputs.push_back(output.first);
     result.formats.push_back(output.second);
-    result.reply_bytes += UncompressedBytes(output.second, plain.width, plain.height);
+    result.reply_bytes +=
+        UncompressedBytes(output.second, SizeOf(plain, output.first).x, SizeOf(plain, output.first).y);
   }
   RETURN_IF_ERROR(CheckLayers(result.formats));
   RETURN_IF_ERROR(CheckCertify(request, &plain));
@@ -247,6 +273,10 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   if (const auto* pcss = std::get_if<PcssOptions>(&request.method)) {
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
   }
+  if (const auto* ssm = std::get_if<SsmOptions>(&request.method)) {
+    add(ssm->occluder_map_size, ssm->resolve, ssm->passes, ssm->accumulation, ssm->blend, ssm->sub_lights, ssm->bins,
+        ssm->measures_coverage);
+  }
   if (const auto* sssm = std::get_if<SssmOptions>(&request.method)) {
     add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,
         sssm->thresholds, sssm->sub_lights);
@@ -257,6 +287,7 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   add(request.outputs.size());
   for (size_t i = 0; i < request.outputs.size(); ++i) {
     add(request.outputs[i], render.formats[i].encoding, render.formats[i].channels.size());
+    if (request.outputs[i] == OutputKind::kSoftShadowMap) add(request.light_map_size);
     add_text(render.formats[i].layer);
   }
   return sha.FinishHex();

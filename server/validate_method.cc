@@ -11,7 +11,9 @@ constexpr int kMaxRays = 65536;
 constexpr int kMaxBlockerTaps = 63;
 constexpr int kMaxFilterTaps = 127;
 constexpr float kMaxThreshold = 1e6f;
+constexpr int kMaxOccluderMapSize = 1024;  // tables count to that many patches a side, of four texels each
 constexpr int kMaxSubLights = 8;
+constexpr int kMaxBins = 16;
 
 // Of a window with a tap in its middle.
 absl::Status CheckTaps(const std::string& field, uint32_t taps, int most, int* result) {
@@ -63,6 +65,51 @@ absl::StatusOr<SssmOptions> CheckSssm(const v1::SssmOptions& asked) {
     RETURN_IF_ERROR(CheckRange("method.sssm.sub_lights", asked.sub_lights(), 1, kMaxSubLights));
     options.sub_lights = int(asked.sub_lights());
   }
+  return options;
+}
+
+// Enums that are not there, and combinations that have no meaning.
+absl::Status CheckSsmChoices(const v1::SsmOptions& asked) {
+  if (!v1::SsmResolve_IsValid(asked.resolve())) {
+    return FieldError("method.ssm.resolve", std::to_string(asked.resolve()) + "; no such resolve");
+  }
+  if (!v1::SsmAccumulation_IsValid(asked.accumulation())) {
+    return FieldError("method.ssm.accumulation", std::to_string(asked.accumulation()) + "; no such accumulation");
+  }
+  if (!v1::SsmBlend_IsValid(asked.blend())) {
+    return FieldError("method.ssm.blend", std::to_string(asked.blend()) + "; no such blend");
+  }
+  if (asked.accumulation() == v1::SSM_ACCUMULATION_SCATTER) {
+    return NotAvailable("method.ssm.accumulation", "SCATTER");
+  }
+  if (asked.resolve() == v1::SSM_RESOLVE_MAP) return NotAvailable("method.ssm.resolve", "MAP");
+  if (asked.blend() != v1::SSM_BLEND_UNSPECIFIED) {
+    return FieldError("method.ssm.blend", v1::SsmBlend_Name(asked.blend()) + "; needs accumulation SCATTER");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SsmOptions> CheckSsm(const v1::SsmOptions& asked) {
+  RETURN_IF_ERROR(CheckSsmChoices(asked));
+  SsmOptions options;
+  if (asked.occluder_map_size() != 0) {
+    RETURN_IF_ERROR(
+        CheckRange("method.ssm.occluder_map_size", asked.occluder_map_size(), kMinMapSize, kMaxOccluderMapSize));
+    options.occluder_map_size = int(asked.occluder_map_size());
+  }
+  if (asked.has_passes()) {
+    RETURN_IF_ERROR(CheckRange("method.ssm.passes", asked.passes(), 1, 2));
+    options.passes = int(asked.passes());
+  }
+  if (asked.has_sub_lights()) {
+    RETURN_IF_ERROR(CheckRange("method.ssm.sub_lights", asked.sub_lights(), 1, kMaxSubLights));
+    options.sub_lights = int(asked.sub_lights());
+  }
+  if (asked.has_bins()) {
+    RETURN_IF_ERROR(CheckRange("method.ssm.bins", asked.bins(), 1, kMaxBins));
+    options.bins = int(asked.bins());
+  }
+  if (asked.has_coverage()) options.measures_coverage = asked.coverage();
   return options;
 }
 
@@ -123,6 +170,11 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
     }
     case v1::Method::kSssm: {
       ASSIGN_OR_RETURN(result->method, CheckSssm(method.sssm()));
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kSsm: {
+      ASSIGN_OR_RETURN(result->method, CheckSsm(method.ssm()));
       result->method_reason = "asked for";
       return absl::OkStatus();
     }

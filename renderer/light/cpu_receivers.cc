@@ -41,8 +41,9 @@ CpuReceiver CpuReceivers::At(size_t index) const {
     receiver.position_ws = camera.eye_ws + glm::dvec3(points[index]);
     return receiver;
   }
+  const size_t row = index / width;
   const double ndc_x = 2 * (double(index % width) + 0.5) / width - 1;
-  const double ndc_y = 1 - 2 * (double(index / width) + 0.5) / height;
+  const double ndc_y = 1 - 2 * (double(row) + 0.5) / height;
   const glm::dmat3 ray_from_ndc = RayFromNdc(camera, double(width) / height);
   const glm::dvec3 across = ray_from_ndc[0] * ndc_x + ray_from_ndc[1] * ndc_y;
   const glm::dvec3 origin = camera.is_orthographic ? across : glm::dvec3(0);

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "renderer/request.h"
 
@@ -17,6 +19,8 @@ class LightData {
   virtual uint64_t MapsDrawn() const = 0;  // while building
   // Maps that did not fit LightInputs::max_light_data_bytes: drawn at every resolve, the same ones.
   virtual uint64_t MapsRedrawn() const { return 0; }
+  // Options that the request left open and that were chosen by what the light and the scene are, for the report.
+  virtual std::vector<std::pair<std::string, std::string>> ChosenOptions() const { return {}; }
 };
 
 // Everything that light data is a function of, as bytes, and nothing else: equal keys, equal light data. Begins with

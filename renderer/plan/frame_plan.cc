@@ -36,9 +36,11 @@ std::vector<glm::dvec2> SamplePattern(int samples) {
 
 std::vector<ViewPlan> PlanViews(const RenderRequest& request) {
   const bool shows_frame = Wants(request, OutputKind::kFrame);
-  const bool shows_data = std::any_of(request.outputs.begin(), request.outputs.end(),
-                                      [](OutputKind kind) { return kind != OutputKind::kFrame; });
+  const bool shows_data = std::any_of(request.outputs.begin(), request.outputs.end(), [](OutputKind kind) {
+    return kind != OutputKind::kFrame && kind != OutputKind::kSoftShadowMap;
+  });
   std::vector<ViewPlan> views;
+  if (!shows_frame && !shows_data) return views;  // a soft shadow map alone needs no camera
   if (!shows_frame || request.samples == 1) {
     views.push_back({{0, 0}, shows_frame, shows_data});
   } else {
@@ -195,7 +197,8 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   FramePlan plan;
   const bool wants_visibility = Wants(request, OutputKind::kVisibility) || Wants(request, OutputKind::kPenumbraWidth);
   plan.needs_shading = Wants(request, OutputKind::kFrame);
-  plan.needs_visibility = plan.needs_shading || wants_visibility;
+  const bool wants_light_map = Wants(request, OutputKind::kSoftShadowMap);
+  plan.needs_visibility = plan.needs_shading || wants_visibility || wants_light_map;
   plan.views = PlanViews(request);
   const auto some_view = [&](bool ViewPlan::*needs) {
     return std::any_of(plan.views.begin(), plan.views.end(), [&](const ViewPlan& view) { return view.*needs; });
@@ -235,8 +238,9 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
     plan.draws_gbuffer = false;
     plan.gbuffer_reason = "nothing is in view";
   }
-  const bool sees_receiver = !no_view_sees(receivers);
-  plan.lights = PlanSides(request, occluders, receivers, {plan.needs_visibility, wants_visibility, sees_receiver});
+  const bool sees_receiver = wants_light_map || !no_view_sees(receivers);
+  plan.lights = PlanSides(request, occluders, receivers,
+                          {plan.needs_visibility, wants_visibility || wants_light_map, sees_receiver});
   return plan;
 }
 

@@ -46,7 +46,8 @@ struct FramePlan {
   bool needs_textures = true;     // for materials, or because a MASK material says where its meshes are
   bool needs_object_ids = false;  // of some view
   double camera_far_m = 0;        // 0: infinite. An orthographic camera always has one, behind everything visible
-  std::vector<ViewPlan> views;    // one, or one for data (if any is asked) and then one per sample of FRAME
+  // One, or one for data (if any is asked) and then one per sample of FRAME; none for a soft shadow map alone.
+  std::vector<ViewPlan> views;
   std::vector<LightPlan> lights;  // in the request's order, the front of a two-sided light before its back
 };
 

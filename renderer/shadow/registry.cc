@@ -4,6 +4,7 @@
 #include "renderer/shadow/pcss/pcss.h"
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
+#include "renderer/shadow/ssm/ssm.h"
 #include "renderer/shadow/sssm/sssm.h"
 
 namespace halfshade {
@@ -13,9 +14,10 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const MultiMapMethod multi_map;
   static const RayMethod ray;
   static const PcssMethod pcss;
+  static const SsmMethod ssm;
   static const SssmMethod sssm;
   static const std::vector<RegisteredMethod> methods = {
-      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"sssm", &sssm}};
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"ssm", &ssm}, {"sssm", &sssm}};
   return methods;
 }
 

@@ -25,6 +25,7 @@ namespace halfshade {
 // What a method's needs depend on.
 struct SceneFacts {
   uint64_t occluder_triangles = 0;
+  bool is_software_gl = false;  // GL runs on the CPU: what a method does better there itself, it does
 };
 
 // What a method takes. Pure: known before anything is drawn.
@@ -56,6 +57,9 @@ struct OcclusionSum {
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};
 };
+
+// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
+inline constexpr char kChosen[] = "auto";
 
 class ShadowMethod {
  public:

@@ -14,8 +14,13 @@ vec2 LtcTexcoord(float roughness, float cosine) {
   return (unit * (ltc_layout.y - 1.0) + 0.5) / ltc_layout.y;
 }
 
+// By how much more a surface reflects than once (MultipleScattering of ltc_table.h).
+vec3 MultipleScattering(vec2 albedos, vec3 f0) { return 1.0 + f0 * (1.0 / albedos.x - 1.0); }
+
 // Of light from everywhere: the reflected share for Schlick's Fresnel from f0 to 1.
-vec3 SpecularAlbedo(vec2 albedos, vec3 f0) { return f0 * (albedos.x - albedos.y) + albedos.y; }
+vec3 SpecularAlbedo(vec2 albedos, vec3 f0) {
+  return (f0 * (albedos.x - albedos.y) + albedos.y) * MultipleScattering(albedos, f0);
+}
 
 // Rows: axes of the surface, the view in the half plane x > 0, y = 0. Any axes where the view is the normal.
 mat3 SurfaceFromLight(vec3 n, vec3 view) {

@@ -15,10 +15,12 @@ void main() {
   vec3 view = normalize(receiver.to_eye);
   vec2 texcoord = LtcTexcoord(surface.roughness, dot(normal, view));
   vec4 lobe = textureLod(ltc_lobes, texcoord, 0.0);
-  vec3 specular_albedo = SpecularAlbedo(textureLod(ltc_albedos, texcoord, 0.0).rg, surface.f0);
+  vec2 albedos = textureLod(ltc_albedos, texcoord, 0.0).rg;
+  vec3 specular_albedo = SpecularAlbedo(albedos, surface.f0);
 #if defined(SHAPE_POINT)
   float irradiance = PointIrradiance(vec3(0.0), receiver.position, normal);
-  vec3 specular = GgxPoint(receiver.position, normal, view, surface.roughness, surface.f0);
+  vec3 specular = MultipleScattering(albedos, surface.f0) *
+                  GgxPoint(receiver.position, normal, view, surface.roughness, surface.f0);
 #elif defined(SHAPE_LINE)
   float irradiance = LineIrradiance(vec3(half_edges, 0.0), receiver.position, normal);
   vec3 specular = specular_albedo * LtcLine(half_edges, receiver.position, normal, view, lobe);

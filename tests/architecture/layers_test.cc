@@ -90,7 +90,9 @@ const std::vector<Foreign> kForeign = {
      {"renderer/gl/", "renderer/scene/scene_on_context", "renderer/light/", "renderer/shadow/", "renderer/shade/",
       "renderer/renderer.", "renderer/passes.", "renderer/prepare_light.", "renderer/query.", "renderer/warm_up.",
       "server/", "client/"}},
-    {{"embree", "tbb/"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
+    {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
+    {{"tbb/"}, {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles"}},
+    {{"hwy/"}, {"renderer/shadow/ssm/gather"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

@@ -285,7 +285,7 @@ TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
       {{"truncated.glb"}, 65, ""},
       {{"outside.gltf"}, 65, "/buffers/0/uri"},
       {{"scenes/" + std::string(64, '0')}, 66, ""},
-      {{"scene.glb", "-o", "SOFT_SHADOW_MAP=d.exr"}, 69, "outputs[0].kind"},
+      {{"scene.glb", "-o", "PENUMBRA_WIDTH=d.exr"}, 69, "outputs[0].kind"},
   };
   for (const Case& c : cases) {
     const Ran ran = Run(render + c.arguments + std::vector<std::string>{"-o", "bad.png"});

@@ -49,11 +49,6 @@ TEST(OutputFormatTest, EveryKindInEveryEncodingIsWhatTheTableSays) {
   }
 }
 
-TEST(OutputFormatTest, WhatHasNoEncodingYetSaysSo) {
-  EXPECT_THAT(FormatOf(OutputKind::kSoftShadowMap, Encoding::kExrFloat, 1, false),
-              StatusIs(StatusCode::kUnimplemented, HasSubstr("is available in this version")));
-}
-
 TEST(OutputFormatTest, ChannelsAreNamed) {
   const auto names = [](OutputKind kind) { return FormatOf(kind, Encoding::kExrFloat, 2, false)->channels; };
   EXPECT_EQ(names(OutputKind::kFrame), Strings({"R", "G", "B", "A"}));

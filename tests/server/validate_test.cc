@@ -11,6 +11,13 @@
 namespace halfshade {
 namespace {
 
+void AddSoftShadowMap(v1::RenderRequest& request, uint32_t size) {
+  v1::Output* output = request.add_outputs();
+  output->set_kind(v1::OUTPUT_KIND_SOFT_SHADOW_MAP);
+  output->set_encoding(v1::ENCODING_EXR_FLOAT);
+  output->set_light_map_size(size);
+}
+
 using Code = absl::StatusCode;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -187,6 +194,54 @@ std::vector<Row> Rows() {
       {"KOne", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(1); }, ok, ""},
       {"KHigh", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_k(4097); }, bad,
        "method.multi_map.k: 4097; must be 1 to 4096"},
+      {"SsmMapSizeLow", [](Request& r) { r.mutable_method()->mutable_ssm()->set_occluder_map_size(15); }, bad,
+       "method.ssm.occluder_map_size: 15; must be 16 to 1024"},
+      {"SsmMapSizeHigh", [](Request& r) { r.mutable_method()->mutable_ssm()->set_occluder_map_size(1025); }, bad,
+       "method.ssm.occluder_map_size: 1025; must be 16 to 1024"},
+      {"SsmPassesZero", [](Request& r) { r.mutable_method()->mutable_ssm()->set_passes(0); }, bad,
+       "method.ssm.passes: 0; must be 1 to 2"},
+      {"SsmPassesHigh", [](Request& r) { r.mutable_method()->mutable_ssm()->set_passes(3); }, bad,
+       "method.ssm.passes: 3; must be 1 to 2"},
+      {"SsmSubLightsZero", [](Request& r) { r.mutable_method()->mutable_ssm()->set_sub_lights(0); }, bad,
+       "method.ssm.sub_lights: 0; must be 1 to 8"},
+      {"SsmSubLightsHigh", [](Request& r) { r.mutable_method()->mutable_ssm()->set_sub_lights(9); }, bad,
+       "method.ssm.sub_lights: 9; must be 1 to 8"},
+      {"SsmBinsZero", [](Request& r) { r.mutable_method()->mutable_ssm()->set_bins(0); }, bad,
+       "method.ssm.bins: 0; must be 1 to 16"},
+      {"SsmBinsHigh", [](Request& r) { r.mutable_method()->mutable_ssm()->set_bins(17); }, bad,
+       "method.ssm.bins: 17; must be 1 to 16"},
+      {"SsmResolveUnknown", [](Request& r) { r.mutable_method()->mutable_ssm()->set_resolve(v1::SsmResolve(9)); }, bad,
+       "method.ssm.resolve: 9; no such resolve"},
+      {"SsmAccumulationUnknown",
+       [](Request& r) { r.mutable_method()->mutable_ssm()->set_accumulation(v1::SsmAccumulation(9)); }, bad,
+       "method.ssm.accumulation: 9; no such accumulation"},
+      {"SsmBlendUnknown", [](Request& r) { r.mutable_method()->mutable_ssm()->set_blend(v1::SsmBlend(9)); }, bad,
+       "method.ssm.blend: 9; no such blend"},
+      {"SsmBlendWithoutScatter", [](Request& r) { r.mutable_method()->mutable_ssm()->set_blend(v1::SSM_BLEND_FP16); },
+       bad, "method.ssm.blend: SSM_BLEND_FP16; needs accumulation SCATTER"},
+      {"SsmScatter",
+       [](Request& r) { r.mutable_method()->mutable_ssm()->set_accumulation(v1::SSM_ACCUMULATION_SCATTER); }, later,
+       "method.ssm.accumulation: SCATTER"},
+      {"SsmMap", [](Request& r) { r.mutable_method()->mutable_ssm()->set_resolve(v1::SSM_RESOLVE_MAP); }, later,
+       "method.ssm.resolve: MAP"},
+      {"SsmAtItsLowerBounds",
+       [](Request& r) {
+         v1::SsmOptions* ssm = r.mutable_method()->mutable_ssm();
+         ssm->set_occluder_map_size(16);
+         ssm->set_passes(1);
+         ssm->set_sub_lights(1);
+         ssm->set_bins(1);
+       },
+       ok, ""},
+      {"SsmAtItsUpperBounds",
+       [](Request& r) {
+         v1::SsmOptions* ssm = r.mutable_method()->mutable_ssm();
+         ssm->set_occluder_map_size(1024);
+         ssm->set_passes(2);
+         ssm->set_sub_lights(8);
+         ssm->set_bins(16);
+       },
+       ok, ""},
       {"PcssMapSizeLow", [](Request& r) { r.mutable_method()->mutable_pcss()->set_map_size(15); }, bad,
        "method.pcss.map_size: 15; must be 16 to 8192"},
       {"PcssTapsOne",
@@ -273,7 +328,7 @@ std::vector<Row> Rows() {
        bad, "method.ray.stop_error: nan; must be finite"},
       {"MultiMapMapSize", [](Request& r) { r.mutable_method()->mutable_multi_map()->set_map_size(9000); }, bad,
        "method.multi_map.map_size: 9000"},
-      {"MethodSsm", [](Request& r) { r.mutable_method()->mutable_ssm(); }, later, "method.ssm: "},
+      {"MethodShaft", [](Request& r) { r.mutable_method()->mutable_shaft(); }, later, "method.shaft: "},
       {"MethodAuto", [](Request& r) { r.mutable_method()->mutable_auto_(); }, later, "method.auto: "},
       {"GroundGood", [](Request& r) { r.mutable_ground()->set_size_m(10); }, ok, ""},
       {"GroundZero", [](Request& r) { r.mutable_ground()->set_size_m(0); }, bad,
@@ -356,8 +411,37 @@ std::vector<Row> Rows() {
          r.add_outputs()->set_kind(v1::OUTPUT_KIND_PENUMBRA_WIDTH);
        },
        bad, "outputs[0].encoding: PNG holds no metres"},
-      {"OutputSoftShadowMap", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_SOFT_SHADOW_MAP); }, later,
-       "outputs[0].kind: SOFT_SHADOW_MAP"},
+      {"SoftShadowMap", [](Request& r) { AddSoftShadowMap(r, 16); }, ok, ""},
+      {"SoftShadowMapSizeLow", [](Request& r) { AddSoftShadowMap(r, 15); }, bad,
+       "outputs[0].light_map_size: 15; must be 16 to 8192"},
+      {"SoftShadowMapSizeHigh", [](Request& r) { AddSoftShadowMap(r, 8193); }, bad,
+       "outputs[0].light_map_size: 8193; must be 16 to 8192"},
+      {"SoftShadowMapPng",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         r.mutable_outputs(0)->set_encoding(v1::ENCODING_PNG);
+       },
+       bad, "outputs[0].encoding: PNG holds no metres"},
+      {"SoftShadowMapTwoSizes",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         AddSoftShadowMap(r, 65);
+       },
+       bad, "outputs[1].light_map_size: 65; must be 64, as of the output before it"},
+      {"SoftShadowMapTwoLights",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         while (r.lights_size() < 2) *r.add_lights() = Good().lights(0);
+       },
+       bad, "outputs[0].kind: SOFT_SHADOW_MAP of 2 lights; must be of one"},
+      {"SoftShadowMapTwoSides",
+       [](Request& r) {
+         AddSoftShadowMap(r, 64);
+         r.clear_lights();
+         *r.add_lights() = Good().lights(0);
+         r.mutable_lights(0)->set_two_sided(true);
+       },
+       bad, "outputs[0].kind: SOFT_SHADOW_MAP of a light with two sides; must be of one"},
       {"OutputUnknown",
        [](Request& r) {
          r.add_outputs();

@@ -24,10 +24,17 @@ const std::map<std::string, std::string>& WhatMethodsCannot() {
       {"near planes, 4 ulps/multi_map", kPlaneError},
       {"near planes, 4 ulps/pcss", kPlaneError},
       {"near planes, 4 ulps/ray", kPlaneError},
+      {"near planes, 4 ulps/ssm", kPlaneError},
       {"near planes, 4 ulps/sssm", kPlaneError},
       {"contact penumbra/hard", kOnePoint},
       {"parallel plate/hard", kOnePoint},
       {"lone solid/hard", "where its one point is below the horizon it says dark, though part of the light is above"},
+      {"contact penumbra/ssm",
+       "a sub-light's edge stands on a texel of its own: of four across, a penumbra of 5 may be a tenth narrower"},
+      {"broken triangles/ssm", "a T-junction moves a depth by an ulp, and a window with it: 1.3e-6"},
+      {"sets of occluders/ssm", "what one view of each of 2 x 2 sub-lights does not see of a second set: .06"},
+      {"turned light/ssm",
+       "depths of a turned map differ by an ulp, and with it what stands a quarter of a texel above a plane: 4e-6"},
       {"sets of occluders/pcss",
        "blockers are averaged: a second occluder moves the depth that the first is filtered at, and a search with 7 x "
        "7 "

@@ -119,6 +119,13 @@ std::vector<TestMethod> TestMethods() {
        .fine_step = 1.0 / 62 + 2.0 / 126,
        .others = {PcssOptions{16, 1, 1}, PcssOptions{100, 3, 31}, PcssOptions{64, 7, 15, FilterWeights::kGaussian},
                   PcssOptions{256, 7, 15, FilterWeights::kMean, false}}},
+      // A patch's image has straight edges whatever its size: what is left is half a texel.
+      {.name = "ssm",
+       .options = SsmOptions{.occluder_map_size = 256, .sub_lights = 2},
+       .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4},
+       .others = {SsmOptions{.occluder_map_size = 16, .sub_lights = 1, .bins = 1, .measures_coverage = false},
+                  SsmOptions{.occluder_map_size = 100, .passes = 2, .sub_lights = 3, .bins = 16},
+                  SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2}}},
       {.name = "sssm",
        .options = SssmOptions{512, 9, 21, FilterWeights::kMean},
        .fine = SssmOptions{1024, 31, 63, FilterWeights::kMean},

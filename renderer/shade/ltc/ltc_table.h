@@ -39,9 +39,13 @@ LtcEntry InterpolateLtc(double roughness, double cosine);
 // form: the image of the surface's half space, as a cosine sees it.
 double LtcShareAbove(const LtcEntry& entry);
 
-// Of the whole hemisphere of unit radiance, for Schlick's Fresnel between f0 and 1.
+// Of the whole hemisphere of unit radiance, for Schlick's Fresnel between f0 and 1; what is reflected once.
 inline double SpecularAlbedo(const LtcEntry& entry, double f0) {
   return f0 * (entry.albedo - entry.grazing) + entry.grazing;
 }
+
+// By how much more a surface reflects than once, since what its facets block they reflect again: a white metal reflects
+// all. Source: Turquin 2019, "Practical multiple scattering compensation for microfacet models", eq. 16.
+inline double MultipleScattering(const LtcEntry& entry, double f0) { return 1 + f0 * (1 / entry.albedo - 1); }
 
 }  // namespace halfshade

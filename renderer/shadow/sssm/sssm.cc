@@ -2,6 +2,8 @@
 
 #include <glad/gl.h>
 
+#include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "renderer/gl/framebuffer.h"
@@ -49,6 +51,14 @@ AreaLight CellOf(const AreaLight& light, int column, int row, int columns, int r
   cell.center_ws += light.axis_u_ws * (cell.width_m * (column + 0.5 - columns * 0.5)) +
                     light.axis_v_ws * (cell.height_m * (row + 0.5 - rows * 0.5));
   return cell;
+}
+
+// The eye is in the light's plane, close to the light.
+bool LooksFrom(const AreaLight& light, const Camera& camera) {
+  const glm::dvec3 to_eye = camera.eye_ws - light.center_ws;
+  const double near = 1e-6 * std::max(light.width_m, light.height_m);
+  return !camera.is_orthographic && std::abs(glm::dot(to_eye, light.normal_ws)) <= near &&
+         glm::length(to_eye) <= 16 * (light.width_m + light.height_m);
 }
 
 // Between pixels rows are interpolated.
@@ -250,8 +260,10 @@ absl::StatusOr<OcclusionSum> SssmMethod::ResolveOcclusion(const DrawContext& dra
                                                           const MethodOptions& options) const {
   const auto& data = static_cast<const SssmData&>(light_data);
   const auto& sssm = std::get<SssmOptions>(options);
-  // Points have no neighbours, and of few taps finding them costs more than it saves.
-  const bool shares_nothing = receivers.points != nullptr || (sssm.alpha == 0 && sssm.beta == 0) ||
+  // Points have no neighbours; seen from the light, as in a soft shadow map, what stands at the place of a row is there
+  // at any depth; and of few taps finding neighbours costs more than it saves.
+  const bool shares_nothing = receivers.points != nullptr || LooksFrom(data.maps[0]->cell(), receivers.camera) ||
+                              (sssm.alpha == 0 && sssm.beta == 0) ||
                               sssm.blocker_taps * sssm.blocker_taps + sssm.filter_taps * sssm.filter_taps < kLeastTaps;
   OcclusionSum result;
   gl::Texture sums;

@@ -45,7 +45,8 @@ class LightCacheTest : public testing::TestWithParam<TestMethod> {
 // Those whose light data are maps.
 INSTANTIATE_TEST_SUITE_P(Methods, LightCacheTest,
                          testing::Values(TestMethod{"hard", HardOptions{512}},
-                                         TestMethod{"multi_map", MultiMapOptions{32, 512}}),
+                                         TestMethod{"multi_map", MultiMapOptions{32, 512}},
+                                         TestMethod{"ssm", SsmOptions{.occluder_map_size = 256, .sub_lights = 2}}),
                          TestMethodName);
 
 const PassReport& Pass(const RenderResult& result, const std::string& name) {

@@ -90,7 +90,10 @@ TEST(LtcTableTest, AFurnaceGivesNoMoreThanItGets) {
       EXPECT_GT(entry.m11 * entry.m33 - entry.m13 * entry.m31, 0) << i << " " << j;
       EXPECT_GE(entry.grazing, 0);
       EXPECT_LE(entry.grazing, entry.albedo);
-      for (const double f0 : {0.0, 0.04, 0.5, 1.0}) most = std::max(most, SpecularAlbedo(entry, f0));
+      for (const double f0 : {0.0, 0.04, 0.5, 1.0}) {
+        most = std::max(most, SpecularAlbedo(entry, f0) * MultipleScattering(entry, f0));
+      }
+      EXPECT_NEAR(SpecularAlbedo(entry, 1) * MultipleScattering(entry, 1), 1, 1e-12) << "a white metal reflects all";
       least_share = std::min(least_share, LtcShareAbove(entry));
     }
   }

@@ -74,13 +74,15 @@ double Expected(const RenderRequest& request, int x, int y, double roughness, do
   const double share = ShareAbovePlane(half_edges, point.normal, glm::dot(point.normal, point.position));
   if (share == 0) return 0;
   const double seen = visibility / share;
-  const double albedo = SpecularAlbedo(InterpolateLtc(roughness, -ray.y), point.f0);
+  const LtcEntry entry = InterpolateLtc(roughness, -ray.y);
+  const double again = MultipleScattering(entry, point.f0);
+  const double albedo = SpecularAlbedo(entry, point.f0) * again;
   const double diffuse = kBaseColor * (1 - metallic) * (1 - albedo) / M_PI;
   if (light.width_m == 0 && light.height_m == 0) {
-    return seen * (diffuse * PointIrradiance(point.position, point.normal) + SpecularOfPoint(point));
+    return seen * (diffuse * PointIrradiance(point.position, point.normal) + again * SpecularOfPoint(point));
   }
-  return seen *
-         (diffuse * RectangleIrradiance(half_edges, point.position, point.normal) + SpecularByTable(half_edges, point));
+  return seen * (diffuse * RectangleIrradiance(half_edges, point.position, point.normal) +
+                 again * SpecularByTable(half_edges, point));
 }
 
 class SpecularGlTest : public ShadeTest {
