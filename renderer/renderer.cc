@@ -50,6 +50,20 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
   return report;
 }
 
+absl::Status CheckOutputs(const RenderRequest& request, const RegisteredMethod& method) {
+  const auto found = std::find(request.outputs.begin(), request.outputs.end(), OutputKind::kPenumbraWidth);
+  if (found == request.outputs.end() || method.method->KnowsBlockers()) {
+    return absl::OkStatus();
+  }
+  std::string knowing;
+  for (const RegisteredMethod& other : MethodRegistry()) {
+    if (other.method->KnowsBlockers()) knowing += (knowing.empty() ? "" : ", ") + other.name;
+  }
+  return absl::UnimplementedError("outputs[" + std::to_string(found - request.outputs.begin()) +
+                                  "].kind: PENUMBRA_WIDTH is not known to " + method.name + "; of methods it is to " +
+                                  knowing);
+}
+
 // One frame on its way through the house.
 class Frame {
  public:
@@ -66,11 +80,12 @@ class Frame {
         caches_(caches) {}
 
   absl::Status Draw(SceneOnContext& on_context) {
+    RETURN_IF_ERROR(CheckOutputs(request_, method_));
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
     plan_ = PlanFrame(scene_, pose_, request_);
     report_ = DescribePlan(plan_, request_, method_);
-    if (Wants(OutputKind::kVisibility)) {
-      images_[OutputKind::kVisibility] = Image(request_.width, request_.height, int(request_.lights.size()));
+    for (const OutputKind kind : {OutputKind::kVisibility, OutputKind::kPenumbraWidth}) {
+      if (Wants(kind)) images_[kind] = Image(request_.width, request_.height, int(request_.lights.size()));
     }
     if (plan_.needs_textures) {
       const uint64_t before = on_context.decoded_images();
@@ -116,6 +131,7 @@ class Frame {
       return absl::OkStatus();
     }));
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    receivers_.wants_blockers = view.shows_data && Wants(OutputKind::kPenumbraWidth);
     if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, FactsOf(draw_)).cpu_receivers) {
       RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
@@ -166,7 +182,8 @@ class Frame {
     if (plan.outcome != LightOutcome::kCompute && view_ == plan_.views.data()) {
       report_.passes.push_back(SkippedPass(name + method_.name, plan.reason));
     }
-    if (plan.outcome == LightOutcome::kSkipped || !(view_->shows_frame || Wants(OutputKind::kVisibility))) {
+    if (plan.outcome == LightOutcome::kSkipped ||
+        !(view_->shows_frame || Wants(OutputKind::kVisibility) || receivers_.wants_blockers)) {
       return absl::OkStatus();
     }
     OcclusionSum occlusion;
@@ -177,17 +194,22 @@ class Frame {
     if (computes && data == nullptr) {
       ASSIGN_OR_RETURN(data, PrepareLight(draw_, source, light, name + "light_data", *caches_, report_));
     }
-    gl::Texture visibility;
+    gl::Texture visibility, penumbra_width;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
       if (computes) {
         ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
         report_.passes.back().count = data->MapsRedrawn() + occlusion.count;
       }
-      ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light));
+      ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light,
+                                                    receivers_.wants_blockers ? &penumbra_width : nullptr));
       return absl::OkStatus();
     }));
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
                           [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
+    if (penumbra_width) {
+      RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
+                            [&] { return CollectPenumbraWidth(plan.index, penumbra_width); }));
+    }
     if (request_.certify && view_ == plan_.views.data()) RETURN_IF_ERROR(Certify(plan, name, source));
     if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
@@ -292,6 +314,17 @@ class Frame {
     if (occlusion == nullptr) return absl::OkStatus();
     ASSIGN_OR_RETURN(const double largest, LargestFraction(*occlusion, pixels));
     report_.max_sum = std::max(report_.max_sum, largest);
+    return absl::OkStatus();
+  }
+
+  absl::Status CollectPenumbraWidth(size_t light, const gl::Texture& texture) {
+    std::vector<float> widths(size_t(request_.width) * request_.height);
+    RETURN_IF_ERROR(texture.ReadFloats(widths.data(), widths.size()));
+    float* const image = images_[OutputKind::kPenumbraWidth].data();
+    for (size_t i = 0; i < widths.size(); ++i) {
+      float& width = image[i * request_.lights.size() + light];
+      width = std::max(width, widths[i]);  // of both sides, one is 0
+    }
     return absl::OkStatus();
   }
 
@@ -483,6 +516,7 @@ absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequ
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
   const FramePlan plan = PlanFrame(scene, pose, request);
   const RegisteredMethod& method = FindMethod(request.method);
+  RETURN_IF_ERROR(CheckOutputs(request, method));
   RenderReport report = DescribePlan(plan, request, method);
   for (const LightPlan& light : plan.lights) {
     if (light.outcome == LightOutcome::kCompute) continue;

@@ -86,7 +86,8 @@ class Renderer {
 };
 
 // What is known before drawing: method, options, reason, and the skips that the scene proves. Pure, on any thread.
-// INVALID_ARGUMENT where only the scene tells (scene_index).
+// INVALID_ARGUMENT where only the scene tells (scene_index);
+// UNIMPLEMENTED as Render.
 absl::StatusOr<RenderReport> PlanRender(const FlatScene& scene, const RenderRequest& request);
 
 // "hard", "multi_map": what RenderRequest::method may hold, by proto field name.

@@ -124,7 +124,23 @@ struct PdsmOptions {
   PdsmLayout layout = PdsmLayout::kVolume;
   PdsmFilter filter = PdsmFilter::kBilinear;
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions>;
+enum class SssmThresholds : uint8_t {
+  kRelative,  // fractions of the receiver's depth from the light
+  kAbsolute,  // metres
+};
+struct SssmOptions {
+  int map_size = 1024;   // texels a side, 16..8192
+  int blocker_taps = 7;  // a side of the blocker search, odd, 1..63
+  int filter_taps = 15;  // a side of the filter, odd, 1..127
+  FilterWeights weights = FilterWeights::kGaussian;
+  bool skips = true;    // tiles that a min/max pyramid proves lit or dark; the same bits either way
+  float alpha = 0.10f;  // rows of blockers are shared below this difference of depth, 0..1e6; 0: none
+  float beta = 0.10f;   // blurred rows, likewise
+  SssmThresholds thresholds = SssmThresholds::kRelative;
+  int sub_lights = 1;  // cells along each edge of the light, with a map each, 1..8
+};
+using MethodOptions =
+    std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions, SssmOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher

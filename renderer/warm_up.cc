@@ -73,7 +73,9 @@ absl::Status WarmUp(Renderer& renderer) {
         MethodOptions(SsmOptions{.occluder_map_size = 16, .sub_lights = 1}),
 
         MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kScatter, PdsmLayout::kIndexed}),
-        MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kSlices, PdsmLayout::kVolume})}) {
+        MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kSlices, PdsmLayout::kVolume}),
+
+        MethodOptions(SssmOptions{16, 1, 21, FilterWeights::kMean, false})}) {
     for (const OutputKind kind : {OutputKind::kFrame, OutputKind::kVisibility}) {
       request.method = method;
       request.outputs = {kind};

@@ -50,8 +50,9 @@ std::vector<std::string> ChannelsOf(OutputKind kind, int lights) {
     default:
       break;
   }
+  const std::string name = kind == OutputKind::kPenumbraWidth ? "penumbra_width." : "visibility.";
   std::vector<std::string> names;
-  for (int i = 0; i < lights; ++i) names.push_back("visibility." + std::to_string(i));
+  for (int i = 0; i < lights; ++i) names.push_back(name + std::to_string(i));
   return names;
 }
 
@@ -91,9 +92,6 @@ size_t SampleBytes(SampleType type) {
 }
 
 absl::StatusOr<OutputFormat> FormatOf(OutputKind kind, Encoding encoding, int lights, bool has_alpha) {
-  if (kind == OutputKind::kPenumbraWidth) {
-    return absl::UnimplementedError("no encoding of this kind is available in this version");
-  }
   OutputFormat format{.encoding = encoding, .channels = ChannelsOf(kind, lights)};
   const Content content = ContentOf(kind);
   const bool keeps_alpha = kind == OutputKind::kFrame && has_alpha;

@@ -26,9 +26,6 @@ uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent
 
 std::string Indexed(const char* field, int index) { return std::string(field) + "[" + std::to_string(index) + "]"; }
 
-// What the renderer draws.
-bool IsDrawn(OutputKind kind) { return kind != OutputKind::kPenumbraWidth; }
-
 // The kind and the format of one output. A shadow catcher's FRAME is told by its alpha.
 absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::string& field, const v1::Output& output,
                                                                 int lights, bool is_catcher) {
@@ -36,7 +33,6 @@ absl::StatusOr<std::pair<OutputKind, OutputFormat>> CheckOutput(const std::strin
   if (!kind) return FieldError(field + ".kind", std::to_string(output.kind()) + "; no such kind");
   const auto encoding = FromProto(output.encoding());
   if (!encoding) return FieldError(field + ".encoding", std::to_string(output.encoding()) + "; no such encoding");
-  if (!IsDrawn(*kind)) return NotAvailable(field + ".kind", ShortName(ToProto(*kind)));
   absl::StatusOr<OutputFormat> format = FormatOf(*kind, *encoding, lights, is_catcher);
   if (!format.ok()) return FieldError(field + ".encoding", std::string(format.status().message()));
   if (!output.layer().empty()) {
@@ -283,6 +279,10 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   }
   if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
     add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter);
+  }
+  if (const auto* sssm = std::get_if<SssmOptions>(&request.method)) {
+    add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,
+        sssm->thresholds, sssm->sub_lights);
   }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);

@@ -12,6 +12,7 @@ constexpr int kMaxMaps = 4096;
 constexpr int kMaxRays = 65536;
 constexpr int kMaxBlockerTaps = 63;
 constexpr int kMaxFilterTaps = 127;
+constexpr float kMaxThreshold = 1e6f;
 constexpr int kMaxOccluderMapSize = 1024;  // tables count to that many patches a side, of four texels each
 constexpr int kMaxSubLights = 8;
 constexpr int kMaxBins = 16;
@@ -28,24 +29,48 @@ absl::Status CheckTaps(const std::string& field, uint32_t taps, int most, int* r
   return absl::OkStatus();
 }
 
-absl::StatusOr<PcssOptions> CheckPcss(const v1::PcssOptions& asked) {
-  PcssOptions options;
+// What PCSS and SSSM share. `method`: the field.
+template <typename Asked, typename Options>
+absl::Status CheckWindows(const std::string& method, const Asked& asked, Options* options) {
   if (asked.has_map_size()) {
-    RETURN_IF_ERROR(CheckRange("method.pcss.map_size", asked.map_size(), kMinMapSize, kMaxMapSize));
-    options.map_size = int(asked.map_size());
+    RETURN_IF_ERROR(CheckRange(method + ".map_size", asked.map_size(), kMinMapSize, kMaxMapSize));
+    options->map_size = int(asked.map_size());
   }
   if (asked.has_blocker_taps()) {
-    RETURN_IF_ERROR(
-        CheckTaps("method.pcss.blocker_taps", asked.blocker_taps(), kMaxBlockerTaps, &options.blocker_taps));
+    RETURN_IF_ERROR(CheckTaps(method + ".blocker_taps", asked.blocker_taps(), kMaxBlockerTaps, &options->blocker_taps));
   }
   if (asked.has_filter_taps()) {
-    RETURN_IF_ERROR(CheckTaps("method.pcss.filter_taps", asked.filter_taps(), kMaxFilterTaps, &options.filter_taps));
+    RETURN_IF_ERROR(CheckTaps(method + ".filter_taps", asked.filter_taps(), kMaxFilterTaps, &options->filter_taps));
   }
   if (!v1::FilterWeights_IsValid(asked.weights())) {
-    return FieldError("method.pcss.weights", std::to_string(asked.weights()) + "; no such weights");
+    return FieldError(method + ".weights", std::to_string(asked.weights()) + "; no such weights");
   }
-  if (asked.weights() == v1::FILTER_WEIGHTS_GAUSSIAN) options.weights = FilterWeights::kGaussian;
-  if (asked.has_skip()) options.skips = asked.skip();
+  if (asked.weights() == v1::FILTER_WEIGHTS_MEAN) options->weights = FilterWeights::kMean;
+  if (asked.weights() == v1::FILTER_WEIGHTS_GAUSSIAN) options->weights = FilterWeights::kGaussian;
+  if (asked.has_skip()) options->skips = asked.skip();
+  return absl::OkStatus();
+}
+
+absl::Status CheckThreshold(const std::string& field, float threshold, float* result) {
+  RETURN_IF_ERROR(CheckFinite(field, threshold));
+  RETURN_IF_ERROR(CheckRange(field, threshold, 0, kMaxThreshold));
+  *result = threshold;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<SssmOptions> CheckSssm(const v1::SssmOptions& asked) {
+  SssmOptions options;
+  RETURN_IF_ERROR(CheckWindows("method.sssm", asked, &options));
+  if (asked.has_alpha()) RETURN_IF_ERROR(CheckThreshold("method.sssm.alpha", asked.alpha(), &options.alpha));
+  if (asked.has_beta()) RETURN_IF_ERROR(CheckThreshold("method.sssm.beta", asked.beta(), &options.beta));
+  if (!v1::SssmThresholds_IsValid(asked.thresholds())) {
+    return FieldError("method.sssm.thresholds", std::to_string(asked.thresholds()) + "; no such thresholds");
+  }
+  if (asked.thresholds() == v1::SSSM_THRESHOLDS_ABSOLUTE) options.thresholds = SssmThresholds::kAbsolute;
+  if (asked.has_sub_lights()) {
+    RETURN_IF_ERROR(CheckRange("method.sssm.sub_lights", asked.sub_lights(), 1, kMaxSubLights));
+    options.sub_lights = int(asked.sub_lights());
+  }
   return options;
 }
 
@@ -200,7 +225,14 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
       return absl::OkStatus();
     }
     case v1::Method::kPcss: {
-      ASSIGN_OR_RETURN(result->method, CheckPcss(method.pcss()));
+      PcssOptions options;
+      RETURN_IF_ERROR(CheckWindows("method.pcss", method.pcss(), &options));
+      result->method = options;
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kSssm: {
+      ASSIGN_OR_RETURN(result->method, CheckSssm(method.sssm()));
       result->method_reason = "asked for";
       return absl::OkStatus();
     }

@@ -58,6 +58,10 @@ const std::vector<SettingText>& FullSettings() {
       {"pcss", {"blocker_taps=7", "filter_taps=15", "skip=false"}},
       {"pcss", {"blocker_taps=11", "filter_taps=21"}},
       {"pcss", {"blocker_taps=29", "filter_taps=41"}},
+      {"sssm", {"blocker_taps=11", "filter_taps=21", "weights=MEAN"}},
+      {"sssm", {"blocker_taps=29", "filter_taps=41", "weights=MEAN"}},
+      {"sssm", {"blocker_taps=29", "filter_taps=41"}},
+      {"sssm", {"blocker_taps=11", "filter_taps=21", "weights=MEAN", "sub_lights=2"}},
       {"ssm", {}},
       {"ssm", {"sub_lights=1", "occluder_map_size=256"}},
       {"ssm", {"sub_lights=2", "occluder_map_size=256"}},
@@ -88,6 +92,7 @@ const std::vector<SettingText>& QuickSettings() {
   static const std::vector<SettingText> settings = {
       {"hard", {"map_size=1024"}},
       {"pcss", {"blocker_taps=7", "filter_taps=15"}},
+      {"sssm", {"blocker_taps=11", "filter_taps=21", "weights=MEAN", "sub_lights=2"}},
       {"ssm", {}},
       {"ssm", {"sub_lights=2", "occluder_map_size=256"}},
       {"multi_map", {"k=16", "map_size=512"}},
@@ -99,6 +104,31 @@ const std::vector<SettingText>& QuickSettings() {
       {"ray", {"rays=64"}},
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
   };
+  return settings;
+}
+
+// Tables 2 to 6 of Buades et al. 2015: PCSS with and without its skip, SSSM at three thresholds, at three kernels.
+std::vector<SettingText> SssmSettings() {
+  std::vector<SettingText> settings;
+  for (const auto& [blocker, filter] : {std::pair{7, 15}, std::pair{11, 21}, std::pair{29, 41}}) {
+    const std::vector<std::string> kernel = {absl::StrCat("blocker_taps=", blocker),
+                                             absl::StrCat("filter_taps=", filter), "weights=MEAN"};
+    const auto add = [&](const char* method, std::vector<std::string> more) {
+      more.insert(more.begin(), kernel.begin(), kernel.end());
+      settings.push_back({method, std::move(more)});
+    };
+    add("pcss", {"skip=false"});
+    add("pcss", {});
+    for (const char* threshold : {"0.01", "0.1", "0.5"}) {
+      add("sssm", {absl::StrCat("alpha=", threshold), absl::StrCat("beta=", threshold)});
+    }
+    add("sssm", {"sub_lights=2"});
+  }
+  const std::vector<std::string> large = {"blocker_taps=29", "filter_taps=41"};
+  settings.push_back({"pcss", {large[0], large[1], "weights=GAUSSIAN"}});
+  settings.push_back({"sssm", {large[0], large[1], "weights=GAUSSIAN"}});
+  settings.push_back({"pcss", {large[0], large[1], "map_size=4096"}});
+  settings.push_back({"sssm", {large[0], large[1], "map_size=4096", "weights=MEAN"}});
   return settings;
 }
 
@@ -253,7 +283,22 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     suite.effort.reference_rays = 2048;
     return suite;
   }
-  if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick and full"));
+  if (name == "sssm") {
+    for (const double share : {0.04, 0.1}) {
+      suite.cases.push_back(MakeCase({.scene = "S5", .light_share = share, .width = 1280, .height = 720}));
+    }
+    if (!scene_folder.empty()) {
+      ASSIGN_OR_RETURN(Case trees, CaseOfView(fs::path(scene_folder) / "views" / "trees_masked.json"));
+      trees.request.set_width(1280);
+      trees.request.set_height(720);
+      suite.cases.push_back(std::move(trees));
+    }
+    ASSIGN_OR_RETURN(suite.settings, MakeSettings(SssmSettings(), methods));
+    suite.effort.reference_rays = 1024;
+    suite.effort.measures_warm = false;
+    return suite;
+  }
+  if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full and sssm"));
   for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
     for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
   }

@@ -21,6 +21,7 @@ struct Receivers {
   int height = 0;
   const gl::Texture* points = nullptr;   // RGBA32F, CpuReceivers::points; null for pixels
   const CpuReceivers* on_cpu = nullptr;  // the same in memory
+  bool wants_blockers = false;           // OcclusionSum::blockers, of methods that know them
 };
 
 // The textures of receivers that come from memory.

@@ -195,7 +195,7 @@ std::vector<LightPlan> PlanSides(const RenderRequest& request, const std::vector
 
 FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderRequest& request) {
   FramePlan plan;
-  const bool wants_visibility = Wants(request, OutputKind::kVisibility);
+  const bool wants_visibility = Wants(request, OutputKind::kVisibility) || Wants(request, OutputKind::kPenumbraWidth);
   plan.needs_shading = Wants(request, OutputKind::kFrame);
   const bool wants_light_map = Wants(request, OutputKind::kSoftShadowMap);
   plan.needs_visibility = plan.needs_shading || wants_visibility || wants_light_map;

@@ -41,7 +41,7 @@ struct FramePlan {
   bool draws_gbuffer = true;
   std::string gbuffer_reason;     // why not
   bool needs_shading = true;      // FRAME
-  bool needs_visibility = true;   // FRAME or VISIBILITY: lights count
+  bool needs_visibility = true;   // FRAME, VISIBILITY or PENUMBRA_WIDTH: lights count
   bool needs_materials = true;    // of some view
   bool needs_textures = true;     // for materials, or because a MASK material says where its meshes are
   bool needs_object_ids = false;  // of some view

@@ -13,15 +13,22 @@ namespace {
 
 constexpr double kNanosecondsPerPixel = 30;  // llvmpipe, two cores
 constexpr int kSumsUnit = kPlanesUnit + 1;
+constexpr int kBlockersUnit = kPlanesUnit + 2;
 
 }  // namespace
 
 absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const OcclusionSum* occlusion,
-                                             const Receivers& receivers, const AreaLight& light) {
+                                             const Receivers& receivers, const AreaLight& light,
+                                             gl::Texture* penumbra_width) {
   const GladGLContext& gl = draw.context->gl();
   ASSIGN_OR_RETURN(gl::Texture visibility,
                    gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
-  ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&visibility}));
+  std::vector<const gl::Texture*> targets = {&visibility};
+  if (penumbra_width != nullptr) {
+    ASSIGN_OR_RETURN(*penumbra_width, gl::Texture::Create2D(*draw.context, GL_R32F, receivers.width, receivers.height));
+    targets.push_back(penumbra_width);
+  }
+  ASSIGN_OR_RETURN(gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, targets));
   ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("common/fullscreen.vert", "shadow/finish.frag"));
   gl::Texture uploaded;
   const gl::Texture* sums = nullptr;
@@ -44,6 +51,10 @@ absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const Occl
   program->Set("hidden_sums", kSumsUnit);
   program->Set("has_sums", int(occlusion != nullptr));
   program->Set("full_sum", occlusion != nullptr ? occlusion->full_sum : 1.0f);
+  const bool has_blockers = penumbra_width != nullptr && occlusion != nullptr && occlusion->blockers;
+  if (has_blockers) occlusion->blockers.Bind(kBlockersUnit);
+  program->Set("blockers", has_blockers ? kBlockersUnit : kSumsUnit);
+  program->Set("has_blockers", int(has_blockers));
   program->Set("half_edges", glm::vec2(light.width_m / 2, light.height_m / 2));
   RETURN_IF_ERROR(DrawFullscreen(draw, receivers.width, receivers.height, kNanosecondsPerPixel));
   RETURN_IF_ERROR(draw.context->Check("shadow/finish"));

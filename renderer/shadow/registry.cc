@@ -6,6 +6,7 @@
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
 #include "renderer/shadow/ssm/ssm.h"
+#include "renderer/shadow/sssm/sssm.h"
 
 namespace halfshade {
 
@@ -16,8 +17,10 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const PcssMethod pcss;
   static const SsmMethod ssm;
   static const PdsmMethod pdsm;
+  static const SssmMethod sssm;
   static const std::vector<RegisteredMethod> methods = {
-      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"ssm", &ssm}, {"pdsm", &pdsm}};
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray},  {"pcss", &pcss},
+      {"ssm", &ssm},   {"pdsm", &pdsm},           {"sssm", &sssm}};
   return methods;
 }
 

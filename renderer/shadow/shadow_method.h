@@ -53,6 +53,9 @@ struct OcclusionSum {
   std::variant<gl::Texture, std::vector<float>> sums;
   float full_sum = 1;  // 0: it stands beside each sum
   uint64_t count = 0;  // what the report says of its pass: rays traced, tiles resolved
+  // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
+  // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
+  gl::Texture blockers{};
 };
 
 // What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
@@ -73,6 +76,8 @@ class ShadowMethod {
   virtual absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                         const Receivers& receivers,
                                                         const MethodOptions& options) const = 0;
+  // Whether it gives OcclusionSum::blockers.
+  virtual bool KnowsBlockers() const { return false; }
   // Every option by its proto field name, for the report.
   virtual std::vector<std::pair<std::string, std::string>> DescribeOptions(const MethodOptions& options) const = 0;
 };

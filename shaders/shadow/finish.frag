@@ -4,12 +4,17 @@
 #include "common/receiver.glsl"
 #include "common/horizon.glsl"
 
+layout(location = 1) out float penumbra_width;  // metres
 layout(location = 0) out vec2 visibility_and_share;  // share: of the light above the horizon; -1 where nothing receives
 
 uniform sampler2D hidden_sums;
 uniform float full_sum;        // the sum that hides all of the part above; 0: it stands beside each sum
 uniform bool has_sums;         // false: nothing occludes
+uniform sampler2D blockers;    // r: sum of their w less the receiver's, g: of weights; where widths are asked for
+uniform bool has_blockers;
 uniform vec2 half_edges;
+
+const float kMargin = 1.0 / 512.0;  // nearer to 0 or 1 is umbra or light
 
 void main() {
   Receiver receiver = FetchReceiver(gl_FragCoord.xy);
@@ -19,4 +24,8 @@ void main() {
   float share = receiver.position.z > 0.0 ? ShareAbovePlane(half_edges, receiver.normal, receiver.offset) : 0.0;
   float visibility = share * clamp(1.0 - hidden, 0.0, 1.0);
   visibility_and_share = receiver.is_receiving ? vec2(visibility, share) : vec2(1.0, -1.0);
+  // Eq. 1 of Buades et al. 2015, w_light (z_receiver - z_average) / z_average, over the longer edge.
+  vec2 seen = has_blockers ? texelFetch(blockers, ivec2(gl_FragCoord.xy), 0).rg : vec2(0.0);
+  bool is_penumbra = receiver.is_receiving && share > 0.0 && hidden > kMargin && hidden < 1.0 - kMargin && seen.g > 0.0;
+  penumbra_width = is_penumbra ? 2.0 * max(half_edges.x, half_edges.y) * receiver.position.z * seen.r / seen.g : 0.0;
 }

@@ -21,9 +21,9 @@ constexpr Encoding kAllEncodings[] = {Encoding::kPng,  Encoding::kExrHalf, Encod
 // i integer in the integer types, h half, f float, - refused.
 TEST(OutputFormatTest, EveryKindInEveryEncodingIsWhatTheTableSays) {
   const std::map<OutputKind, std::string> table = {
-      {OutputKind::kFrame, "chfccfh"},    {OutputKind::kAlbedo, "chfccfh"},   {OutputKind::kVisibility, "uhf-ufh"},
-      {OutputKind::kNormal, "shf-sfh"},   {OutputKind::kObjectId, "ihf-ifh"}, {OutputKind::kDepth, "-hf-ffh"},
-      {OutputKind::kPosition, "-hf-ffh"},
+      {OutputKind::kFrame, "chfccfh"},    {OutputKind::kAlbedo, "chfccfh"},        {OutputKind::kVisibility, "uhf-ufh"},
+      {OutputKind::kNormal, "shf-sfh"},   {OutputKind::kObjectId, "ihf-ifh"},      {OutputKind::kDepth, "-hf-ffh"},
+      {OutputKind::kPosition, "-hf-ffh"}, {OutputKind::kPenumbraWidth, "-hf-ffh"},
   };
   for (const auto& [kind, row] : table) {
     for (size_t i = 0; i < row.size(); ++i) {
@@ -49,17 +49,11 @@ TEST(OutputFormatTest, EveryKindInEveryEncodingIsWhatTheTableSays) {
   }
 }
 
-TEST(OutputFormatTest, WhatHasNoEncodingYetSaysSo) {
-  for (const OutputKind kind : {OutputKind::kPenumbraWidth}) {
-    EXPECT_THAT(FormatOf(kind, Encoding::kExrFloat, 1, false),
-                StatusIs(StatusCode::kUnimplemented, HasSubstr("is available in this version")));
-  }
-}
-
 TEST(OutputFormatTest, ChannelsAreNamed) {
   const auto names = [](OutputKind kind) { return FormatOf(kind, Encoding::kExrFloat, 2, false)->channels; };
   EXPECT_EQ(names(OutputKind::kFrame), Strings({"R", "G", "B", "A"}));
   EXPECT_EQ(names(OutputKind::kVisibility), Strings({"visibility.0", "visibility.1"}));
+  EXPECT_EQ(names(OutputKind::kPenumbraWidth), Strings({"penumbra_width.0", "penumbra_width.1"}));
   EXPECT_EQ(names(OutputKind::kDepth), Strings({"Z"}));
   EXPECT_EQ(names(OutputKind::kNormal), Strings({"N.x", "N.y", "N.z"}));
   EXPECT_EQ(names(OutputKind::kPosition), Strings({"P.x", "P.y", "P.z"}));

@@ -310,6 +310,50 @@ std::vector<Row> Rows() {
        Code::kUnimplemented, "method.pdsm.surface_only: "},
       {"PdsmSoftEvents", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_soft_events(true); },
        Code::kUnimplemented, "method.pdsm.soft_events: "},
+      {"SssmLeast",
+       [](Request& r) {
+         v1::SssmOptions* sssm = r.mutable_method()->mutable_sssm();
+         sssm->set_map_size(16);
+         sssm->set_blocker_taps(1);
+         sssm->set_filter_taps(1);
+         sssm->set_alpha(0);
+         sssm->set_beta(0);
+         sssm->set_sub_lights(1);
+       },
+       ok, ""},
+      {"SssmMost",
+       [](Request& r) {
+         v1::SssmOptions* sssm = r.mutable_method()->mutable_sssm();
+         sssm->set_map_size(8192);
+         sssm->set_blocker_taps(63);
+         sssm->set_filter_taps(127);
+         sssm->set_alpha(1e6);
+         sssm->set_beta(1e6);
+         sssm->set_thresholds(v1::SSSM_THRESHOLDS_ABSOLUTE);
+         sssm->set_sub_lights(8);
+       },
+       ok, ""},
+      {"SssmMapSizeHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_map_size(8193); }, bad,
+       "method.sssm.map_size: 8193; must be 16 to 8192"},
+      {"SssmBlockerTapsEven", [](Request& r) { r.mutable_method()->mutable_sssm()->set_blocker_taps(28); }, bad,
+       "method.sssm.blocker_taps: 28; must be odd"},
+      {"SssmFilterTapsHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_filter_taps(129); }, bad,
+       "method.sssm.filter_taps: 129; must be 1 to 127"},
+      {"SssmWeightsUnknown", [](Request& r) { r.mutable_method()->mutable_sssm()->set_weights(v1::FilterWeights(3)); },
+       bad, "method.sssm.weights: 3; no such weights"},
+      {"SssmAlphaNegative", [](Request& r) { r.mutable_method()->mutable_sssm()->set_alpha(-0.5f); }, bad,
+       "method.sssm.alpha: -0.5; must be 0 to 1e+06"},
+      {"SssmBetaHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_beta(2e6f); }, bad,
+       "method.sssm.beta: 2e+06; must be 0 to 1e+06"},
+      {"SssmAlphaNan", [](Request& r) { r.mutable_method()->mutable_sssm()->set_alpha(std::nanf("")); }, bad,
+       "method.sssm.alpha: nan; must be finite"},
+      {"SssmThresholdsUnknown",
+       [](Request& r) { r.mutable_method()->mutable_sssm()->set_thresholds(v1::SssmThresholds(7)); }, bad,
+       "method.sssm.thresholds: 7; no such thresholds"},
+      {"SssmSubLightsZero", [](Request& r) { r.mutable_method()->mutable_sssm()->set_sub_lights(0); }, bad,
+       "method.sssm.sub_lights: 0; must be 1 to 8"},
+      {"SssmSubLightsHigh", [](Request& r) { r.mutable_method()->mutable_sssm()->set_sub_lights(9); }, bad,
+       "method.sssm.sub_lights: 9; must be 1 to 8"},
       {"PcssGaussian", [](Request& r) { r.mutable_method()->mutable_pcss()->set_weights(v1::FILTER_WEIGHTS_GAUSSIAN); },
        ok, ""},
       {"RaysZero", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(0); }, bad,
@@ -397,8 +441,20 @@ std::vector<Row> Rows() {
        "shading.tone_map: 4; no such tone map"},
       {"ToneMapUnknown", [](Request& r) { r.mutable_shading()->set_tone_map(v1::ToneMap(77)); }, bad,
        "shading.tone_map: 77; no such"},
-      {"OutputPenumbraWidth", [](Request& r) { r.add_outputs()->set_kind(v1::OUTPUT_KIND_PENUMBRA_WIDTH); }, later,
-       "outputs[0].kind: PENUMBRA_WIDTH"},
+      {"PenumbraWidthOfPcss",
+       [](Request& r) {
+         r.mutable_method()->mutable_pcss();
+         v1::Output* output = r.add_outputs();
+         output->set_kind(v1::OUTPUT_KIND_PENUMBRA_WIDTH);
+         output->set_encoding(v1::ENCODING_EXR_FLOAT);
+       },
+       ok, ""},
+      {"PenumbraWidthInPng",
+       [](Request& r) {
+         r.mutable_method()->mutable_sssm();
+         r.add_outputs()->set_kind(v1::OUTPUT_KIND_PENUMBRA_WIDTH);
+       },
+       bad, "outputs[0].encoding: PNG holds no metres"},
       {"SoftShadowMap", [](Request& r) { AddSoftShadowMap(r, 16); }, ok, ""},
       {"SoftShadowMapSizeLow", [](Request& r) { AddSoftShadowMap(r, 15); }, bad,
        "outputs[0].light_map_size: 15; must be 16 to 8192"},

@@ -27,6 +27,7 @@ const std::map<std::string, std::string>& WhatMethodsCannot() {
       {"near planes, 4 ulps/pcss", kPlaneError},
       {"near planes, 4 ulps/ray", kPlaneError},
       {"near planes, 4 ulps/ssm", kPlaneError},
+      {"near planes, 4 ulps/sssm", kPlaneError},
       {"contact penumbra/hard", kOnePoint},
       {"parallel plate/hard", kOnePoint},
       {"near planes/pdsm", kTexelWidth},
@@ -43,6 +44,10 @@ const std::map<std::string, std::string>& WhatMethodsCannot() {
        "blockers are averaged: a second occluder moves the depth that the first is filtered at, and a search with 7 x "
        "7 "
        "taps misses what a fuller one finds"},
+      {"sets of occluders/sssm", "as pcss: blockers are averaged"},
+      {"turned light/sssm",
+       "rows lie along u and are shared along v: where blockers of several depths meet, the average comes from other "
+       "pixels"},
       {"turned light/pcss", "a tap on a texel's border falls to either side: two of 3969 taps, in one or two pixels"},
   };
   return cannot;

@@ -1,11 +1,10 @@
-// PCSS: one map from the light's centre, filtered over the light's image at the average depth of the blockers. A rival:
-// quick, and wrong wherever one average depth or one view does not tell the whole.
+// PCSS: one map from the light's centre, filtered over the light's image at the average depth of the blockers
+// (renderer/light/center_map). A rival: quick, and wrong wherever one average depth or one view does not tell the
+// whole.
 //
 // Departures from Fernando 2005, "Percentage-Closer Soft Shadows", each to its advantage: windows are exact in light
-// perspective space (Buades et al. 2015, eq. 1); a blocker counts only where it can hide part of the light; the bias is
-// the project's rule, not a constant; a min/max pyramid proves receivers lit or dark, and only tiles with one undecided
-// are resolved, to the same bits. Where occluders reach beyond the map and the window leaves it, the light's centre
-// decides alone, from maps of all sides: a hard shadow, never silently lit.
+// perspective space; a blocker counts only where it can hide part of the light; the bias is the project's rule, not a
+// constant; tiles that a min/max pyramid decides are not drawn, to the same bits.
 #pragma once
 
 #include "renderer/shadow/shadow_method.h"
@@ -21,6 +20,7 @@ class PcssMethod : public ShadowMethod {
   absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                 const Receivers& receivers,
                                                 const MethodOptions& options) const override;
+  bool KnowsBlockers() const override { return true; }
   std::vector<std::pair<std::string, std::string>> DescribeOptions(const MethodOptions& options) const override;
 };
 

@@ -1,4 +1,4 @@
-// PCSS's windows in the map from the light's centre, and the range of depths that a window holds.
+// Windows in the map from a light's centre: where blockers are looked for, and the range of depths that a window holds.
 //
 // An occluder at inverse depth w hides part of the light from a receiver at w_r only where it is within
 // half_edges (w - w_r) of it, in slopes: eq. 1 of Buades et al. 2015, divided by the receiver's depth.
@@ -41,7 +41,8 @@ vec2 DepthRange(vec2 slope, vec2 half_window) {
 }
 
 struct BlockerWindow {
-  vec2 half_window;  // slopes; 0 where nothing in reach is nearer than the receiver
+  float reach;       // w of the nearest occluder in it, less the receiver's; 0 where none is nearer
+  vec2 half_window;  // half_edges * reach, in slopes
   vec2 depths;       // smallest and largest in it
 };
 
@@ -54,6 +55,7 @@ BlockerWindow FindWindow(vec2 slope, float receiver_w) {
     window.depths = DepthRange(slope, window.half_window);
     nearest = window.depths.y / z_near;
   }
-  window.half_window = half_edges * max(nearest - receiver_w, 0.0);
+  window.reach = max(nearest - receiver_w, 0.0);
+  window.half_window = half_edges * window.reach;
   return window;
 }
