@@ -105,7 +105,10 @@ struct SsmOptions {
   int bins = 4;                   // slabs of depth of kBinned, 1..16
   bool measures_coverage = true;  // of each patch, by four texels
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions>;
+struct ShaftOptions {
+  int rows = 16;  // of 32 samples of the light each: 8, 16, 32 or 64
+};
+using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, ShaftOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher

@@ -281,6 +281,7 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(ssm->occluder_map_size, ssm->resolve, ssm->passes, ssm->accumulation, ssm->blend, ssm->sub_lights, ssm->bins,
         ssm->measures_coverage);
   }
+  if (const auto* shaft = std::get_if<ShaftOptions>(&request.method)) add(shaft->rows);
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);

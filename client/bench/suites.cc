@@ -75,6 +75,10 @@ const std::vector<SettingText>& FullSettings() {
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.03"}},
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
       {"ray", {"rays=1024", "adaptive=true", "stop_error=0.003"}},
+      {"shaft", {"rows=8"}},
+      {"shaft", {"rows=16"}},
+      {"shaft", {"rows=32"}},
+      {"shaft", {"rows=64"}},
   };
   return settings;
 }
@@ -91,6 +95,9 @@ const std::vector<SettingText>& QuickSettings() {
       {"ray", {"rays=16"}},
       {"ray", {"rays=64"}},
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
+      {"shaft", {"rows=8"}},
+      {"shaft", {"rows=16"}},
+      {"shaft", {"rows=64"}},
   };
   return settings;
 }
@@ -103,6 +110,7 @@ const std::vector<SettingText>& CurveSettings() {
       {"multi_map", {"k=16", "map_size=512"}},
       {"ray", {"rays=16"}},
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
+      {"shaft", {"rows=16"}},
   };
   return settings;
 }

@@ -4,6 +4,7 @@
 #include "renderer/shadow/pcss/pcss.h"
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
+#include "renderer/shadow/shaft/shaft.h"
 #include "renderer/shadow/ssm/ssm.h"
 
 namespace halfshade {
@@ -14,8 +15,9 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const RayMethod ray;
   static const PcssMethod pcss;
   static const SsmMethod ssm;
+  static const ShaftMethod shaft;
   static const std::vector<RegisteredMethod> methods = {
-      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"ssm", &ssm}};
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"ssm", &ssm}, {"shaft", &shaft}};
   return methods;
 }
 

@@ -118,6 +118,7 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S7", 0.2, {0.013, 0.12}, {0.015, 0.2}, "one average depth of many stones"},
            {"S8", 0.2, {0.027, 0.5}, {0.026, 0.49}, "one average depth of slats, beams and posts"},
        }},
+      {"shaft", {{"S5", 0.2, {0.0012, 0}, {0.00094, 0}, kLeaves}}},
   };
   return thresholds;
 }

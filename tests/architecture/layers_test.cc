@@ -92,7 +92,7 @@ const std::vector<Foreign> kForeign = {
       "server/", "client/"}},
     {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
     {{"tbb/"}, {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles"}},
-    {{"hwy/"}, {"renderer/shadow/ssm/gather"}},
+    {{"hwy/"}, {"renderer/shadow/ssm/gather", "renderer/shadow/shaft/"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

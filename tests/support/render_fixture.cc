@@ -124,7 +124,15 @@ std::vector<TestMethod> TestMethods() {
            .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4},
            .others = {SsmOptions{.occluder_map_size = 16, .sub_lights = 1, .bins = 1, .measures_coverage = false},
                       SsmOptions{.occluder_map_size = 100, .passes = 2, .sub_lights = 3, .bins = 16},
-                      SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2}}}};
+                      SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2}}},
+          // What 16 rows miss at two edges across and two along them: tests/renderer/shadow/shaft.
+          {.name = "shaft",
+           .options = ShaftOptions{8},
+           .fine = ShaftOptions{16},
+           .fine_samples = 512,
+           .fine_step = (4 * (4.0 / 3 + 1) + 2) / 512,
+           .shared_samples = 256,
+           .others = {ShaftOptions{32}, ShaftOptions{64}}}};
 }
 
 }  // namespace halfshade
