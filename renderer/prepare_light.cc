@@ -1,6 +1,7 @@
 #include "renderer/prepare_light.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/passes.h"
@@ -82,6 +83,10 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
         ASSIGN_OR_RETURN(inputs.occluders,
                          OccludersOnContext::Create(draw, source.scene, *source.on_context,
                                                     BuildLightSpaceOccluders(source.scene, source.pose, side)));
+      }
+      if (needs.cpu_occluders) {
+        ASSIGN_OR_RETURN(CpuOccluders occluders, BuildCpuOccluders(source.scene, source.pose, side, source.decoder));
+        inputs.cpu_occluders = std::make_shared<const CpuOccluders>(std::move(occluders));
       }
       ASSIGN_OR_RETURN(data, method.BuildLightData(draw, inputs, options));
       report.passes.back().count = data->MapsDrawn();

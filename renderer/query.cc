@@ -17,13 +17,14 @@ Box3d Bounds(const QueryPoints& points) {
   return bounds;
 }
 
-// v of one side of a light, one a receiver. `data` null: nothing hides the light. `count`: maps drawn, or rays.
+// v of one side of a light, one a receiver. `data` null: nothing hides the light. `pass`: what it counts.
 absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const RegisteredMethod& method,
                                            const RenderRequest& request, const LightData* data,
-                                           const Receivers& receivers, const AreaLight& side, uint64_t* count) {
+                                           const Receivers& receivers, const AreaLight& side, PassReport* pass) {
   if (data == nullptr) return FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
   ASSIGN_OR_RETURN(const OcclusionSum sum, method.method->ResolveOcclusion(draw, *data, receivers, request.method));
-  *count = data->MapsRedrawn() + sum.count;
+  pass->count = data->MapsRedrawn() + sum.count;
+  pass->reason = sum.note;
   if (std::holds_alternative<std::vector<float>>(sum.sums)) {
     return FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
   }
@@ -81,8 +82,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
     if (plan.outcome == LightOutcome::kSkipped) continue;
     std::vector<float> seen;
     RETURN_IF_ERROR(TimedPass(draw, report, name + "resolve", &report.resolve_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(seen,
-                       Resolve(draw, method, request, data.get(), receivers, plan.light, &report.passes.back().count));
+      ASSIGN_OR_RETURN(seen, Resolve(draw, method, request, data.get(), receivers, plan.light, &report.passes.back()));
       return absl::OkStatus();
     }));
     for (size_t i = 0; i < count; ++i) {

@@ -101,6 +101,7 @@ class Frame {
       }));
     }
     FinishShares();
+    if (predicted_count_ > 0) report_.error.predicted = predicted_sum_ / double(predicted_count_);
     if (request_.certify) FinishCertificate();
     return absl::OkStatus();
   }
@@ -199,6 +200,7 @@ class Frame {
       if (computes) {
         ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
         report_.passes.back().count = data->MapsRedrawn() + occlusion.count;
+        report_.passes.back().reason = occlusion.note;
       }
       ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light,
                                                     receivers_.wants_blockers ? &penumbra_width : nullptr));
@@ -310,6 +312,9 @@ class Frame {
       }
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
+      if (occlusion == nullptr || occlusion->errors.empty() || v >= 1 - kPenumbraMargin) continue;
+      predicted_sum_ += double(share) * occlusion->errors[i];
+      ++predicted_count_;
     }
     if (occlusion == nullptr) return absl::OkStatus();
     ASSIGN_OR_RETURN(const double largest, LargestFraction(*occlusion, pixels));
@@ -399,6 +404,8 @@ class Frame {
   std::map<OutputKind, Image> images_;
   LightGrid grid_;  // of the soft shadow map
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;
+  double predicted_sum_ = 0;  // of shadowed pixels of lights whose method tells its error
+  uint64_t predicted_count_ = 0;
   Image visibility_and_share_;                          // of the last light
   gl::ObjectCache<const RayScene>::Pointer ray_scene_;  // of the certificate
   std::vector<CertifiedPixel> certified_;

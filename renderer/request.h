@@ -139,8 +139,11 @@ struct SssmOptions {
   SssmThresholds thresholds = SssmThresholds::kRelative;
   int sub_lights = 1;  // cells along each edge of the light, with a map each, 1..8
 };
-using MethodOptions =
-    std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions, SssmOptions>;
+struct ShaftOptions {
+  int rows = 16;  // of 32 samples of the light each: 8, 16, 32 or 64
+};
+using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions,
+                                   SssmOptions, ShaftOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher

@@ -176,6 +176,19 @@ absl::StatusOr<PdsmOptions> CheckPdsm(const v1::PdsmOptions& asked) {
   return options;
 }
 
+absl::StatusOr<ShaftOptions> CheckShaft(const v1::ShaftOptions& asked) {
+  ShaftOptions options;
+  if (asked.has_rows()) {
+    const uint32_t rows = asked.rows();
+    if (rows != 8 && rows != 16 && rows != 32 && rows != 64) {
+      return FieldError("method.shaft.rows", std::to_string(rows) + "; must be 8, 16, 32 or 64");
+    }
+    options.rows = int(rows);
+  }
+  if (asked.sparse()) return NotAvailable("method.shaft.sparse", "the sparse form");
+  return options;
+}
+
 }  // namespace
 
 absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
@@ -243,6 +256,11 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
     }
     case v1::Method::kPdsm: {
       ASSIGN_OR_RETURN(result->method, CheckPdsm(method.pdsm()));
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kShaft: {
+      ASSIGN_OR_RETURN(result->method, CheckShaft(method.shaft()));
       result->method_reason = "asked for";
       return absl::OkStatus();
     }

@@ -84,6 +84,10 @@ const std::vector<SettingText>& FullSettings() {
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.03"}},
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
       {"ray", {"rays=1024", "adaptive=true", "stop_error=0.003"}},
+      {"shaft", {"rows=8"}},
+      {"shaft", {"rows=16"}},
+      {"shaft", {"rows=32"}},
+      {"shaft", {"rows=64"}},
   };
   return settings;
 }
@@ -103,6 +107,9 @@ const std::vector<SettingText>& QuickSettings() {
       {"ray", {"rays=16"}},
       {"ray", {"rays=64"}},
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
+      {"shaft", {"rows=8"}},
+      {"shaft", {"rows=16"}},
+      {"shaft", {"rows=64"}},
   };
   return settings;
 }
@@ -141,6 +148,7 @@ const std::vector<SettingText>& CurveSettings() {
       {"pdsm", {"k=16"}},
       {"ray", {"rays=16"}},
       {"ray", {"rays=256", "adaptive=true", "stop_error=0.01"}},
+      {"shaft", {"rows=16"}},
   };
   return settings;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/status.h"
+
 namespace halfshade {
 namespace {
 
@@ -48,6 +50,13 @@ float RayMask::AlphaAt(const glm::vec2& texcoord) const {
 
 bool RayMask::IsMaskedAway(const glm::vec2& texcoord, float alpha) const {
   return (alphas_.empty() ? alpha : alpha * AlphaAt(texcoord)) < alpha_cutoff_;
+}
+
+absl::StatusOr<RayMask> MakeRayMask(const FlatScene& scene, const Material& material, const ImageDecoder& decoder) {
+  if (material.base_color_texture.texture < 0) return RayMask(material.alpha_cutoff);
+  const Texture& texture = scene.textures[material.base_color_texture.texture];
+  ASSIGN_OR_RETURN(const Rgba8Image image, decoder(scene.images[texture.image]));
+  return RayMask(material.alpha_cutoff, texture, image.width, image.height, image.texels);
 }
 
 }  // namespace halfshade

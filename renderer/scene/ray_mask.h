@@ -1,10 +1,13 @@
 // glTF's alphaMode MASK for rays: the twin on the CPU of shaders/common/mask.glsl. Immutable; any thread.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "renderer/renderer.h"
 #include "renderer/scene/flat_scene.h"
 
 namespace halfshade {
@@ -29,5 +32,8 @@ class RayMask {
   int width_ = 0, height_ = 0;
   std::vector<uint8_t> alphas_;  // empty: no texture
 };
+
+// The mask of a material in `scene`: its image is decoded here, and the decoder's errors come back.
+absl::StatusOr<RayMask> MakeRayMask(const FlatScene& scene, const Material& material, const ImageDecoder& decoder);
 
 }  // namespace halfshade

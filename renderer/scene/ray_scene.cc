@@ -18,13 +18,6 @@ bool CountBytes(void* total, ssize_t bytes, bool) {
   return true;
 }
 
-absl::StatusOr<RayMask> MakeMask(const FlatScene& scene, const Material& material, const ImageDecoder& decoder) {
-  if (material.base_color_texture.texture < 0) return RayMask(material.alpha_cutoff);
-  const Texture& texture = scene.textures[material.base_color_texture.texture];
-  ASSIGN_OR_RETURN(const Rgba8Image image, decoder(scene.images[texture.image]));
-  return RayMask(material.alpha_cutoff, texture, image.width, image.height, image.texels);
-}
-
 // Of every corner of the mesh's triangles: texture coordinate of the base colour, and alpha.
 void AddMaskCorners(const FlatScene& scene, const Mesh& mesh, std::vector<glm::vec3>* corners) {
   const Material& material = scene.materials[mesh.material];
@@ -89,7 +82,7 @@ absl::Status RayScene::AddCasters(const FlatScene& scene, const Pose& pose, cons
       if (coverage == MaskCoverage::kFull) continue;
       const auto [mask, is_new] = mask_of_material.try_emplace(mesh.material, uint32_t(triangles_.masks.size()));
       if (is_new) {
-        ASSIGN_OR_RETURN(RayMask made, MakeMask(scene, scene.materials[mesh.material], decoder));
+        ASSIGN_OR_RETURN(RayMask made, MakeRayMask(scene, scene.materials[mesh.material], decoder));
         triangles_.masks.push_back(std::move(made));
       }
       triangles_.mask_of_triangle.insert(triangles_.mask_of_triangle.end(), mesh.TriangleCount(), mask->second);

@@ -5,6 +5,7 @@
 #include "renderer/shadow/pdsm/pdsm.h"
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
+#include "renderer/shadow/shaft/shaft.h"
 #include "renderer/shadow/ssm/ssm.h"
 #include "renderer/shadow/sssm/sssm.h"
 
@@ -18,9 +19,10 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const SsmMethod ssm;
   static const PdsmMethod pdsm;
   static const SssmMethod sssm;
+  static const ShaftMethod shaft;
   static const std::vector<RegisteredMethod> methods = {
-      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray},  {"pcss", &pcss},
-      {"ssm", &ssm},   {"pdsm", &pdsm},           {"sssm", &sssm}};
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray},   {"pcss", &pcss},
+      {"ssm", &ssm},   {"pdsm", &pdsm},           {"sssm", &sssm}, {"shaft", &shaft}};
   return methods;
 }
 

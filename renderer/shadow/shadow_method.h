@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "renderer/gl/draw_context.h"
+#include "renderer/light/cpu_occluders.h"
 #include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
@@ -35,11 +36,13 @@ struct MethodNeeds {
   uint64_t light_data_bytes = 0;  // if everything is kept
   bool ray_scene = false;         // LightInputs::ray_scene
   bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
+  bool cpu_occluders = false;     // LightInputs::cpu_occluders
 };
 
 struct LightInputs {
   std::shared_ptr<const OccludersOnContext> occluders;  // null unless needed
   std::shared_ptr<const RayScene> ray_scene;            // null unless needed
+  std::shared_ptr<const CpuOccluders> cpu_occluders;    // null unless needed
   AreaLight light;                                      // one-sided
   uint32_t seed = 0;
   // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
@@ -51,8 +54,11 @@ struct LightInputs {
 // memory, [height][width]; or an RG32F texture with the receiver's own full sum beside it (0: all of it is hidden).
 struct OcclusionSum {
   std::variant<gl::Texture, std::vector<float>> sums;
-  float full_sum = 1;  // 0: it stands beside each sum
-  uint64_t count = 0;  // what the report says of its pass: rays traced, tiles resolved
+  float full_sum = 1;     // 0: it stands beside each sum
+  uint64_t count = 0;     // what the report says of its pass: rays traced, tiles resolved
+  std::string note = {};  // and this
+  // Expected |error| of the hidden fraction, one per receiver; empty: the method has no estimate.
+  std::vector<float> errors = {};
   // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};

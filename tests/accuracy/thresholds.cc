@@ -154,6 +154,7 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S7", 0.2, {0.014, 0.12}, {0.016, 0.22}, "one average depth of many stones"},
            {"S8", 0.2, {0.027, 0.48}, {0.026, 0.47}, "one average depth of slats, beams and posts"},
        }},
+      {"shaft", {{"S5", 0.2, {0.0012, 0}, {0.00094, 0}, kLeaves}}},
   };
   return thresholds;
 }

@@ -93,7 +93,7 @@ const std::vector<Foreign> kForeign = {
     {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
     {{"tbb/"},
      {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles", "renderer/shadow/pdsm/"}},
-    {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/ssm/gather"}},
+    {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/shaft/", "renderer/shadow/ssm/gather"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

@@ -22,12 +22,16 @@ const std::map<std::string, std::string>& WhatMethodsCannot() {
   static const std::map<std::string, std::string> cannot = {
       {"light touching a box/ray",
        "a segment ends at the light's place in floats: what is within 4 ulps of it is not met"},
+      {"light touching a box/shaft",
+       "within 2^-20 of the occluders' largest coordinate of the light's plane they are cut away, so that a "
+       "lamp's own surface does not hide it"},
       {"near planes, 4 ulps/hard", kPlaneError},
       {"near planes, 4 ulps/multi_map", kPlaneError},
       {"near planes, 4 ulps/pcss", kPlaneError},
       {"near planes, 4 ulps/ray", kPlaneError},
       {"near planes, 4 ulps/ssm", kPlaneError},
       {"near planes, 4 ulps/sssm", kPlaneError},
+      {"near planes, 4 ulps/shaft", kPlaneError},
       {"contact penumbra/hard", kOnePoint},
       {"parallel plate/hard", kOnePoint},
       {"near planes/pdsm", kTexelWidth},

@@ -151,7 +151,15 @@ std::vector<TestMethod> TestMethods() {
        .fine = SssmOptions{1024, 31, 63, FilterWeights::kMean},
        .fine_step = 1.0 / 62 + 2.0 / 126,
        .others = {SssmOptions{16, 1, 1}, SssmOptions{100, 3, 31}, SssmOptions{256, 9, 21, FilterWeights::kMean, false},
-                  SssmOptions{64, 9, 21, FilterWeights::kGaussian, true, 0.5f, 0, SssmThresholds::kAbsolute, 2}}}};
+                  SssmOptions{64, 9, 21, FilterWeights::kGaussian, true, 0.5f, 0, SssmThresholds::kAbsolute, 2}}},
+      // What 16 rows miss at two edges across and two along them: tests/renderer/shadow/shaft.
+      {.name = "shaft",
+       .options = ShaftOptions{8},
+       .fine = ShaftOptions{16},
+       .fine_samples = 512,
+       .fine_step = (4 * (4.0 / 3 + 1) + 2) / 512,
+       .shared_samples = 256,
+       .others = {ShaftOptions{32}, ShaftOptions{64}}}};
 }
 
 }  // namespace halfshade

@@ -45,6 +45,8 @@ struct TestMethod {
   int fine_samples = 0;  // points on the light that `fine` looks from; 0: it does not sample the light
   // By how much `fine` may be off for want of samples or taps on a rectangle along the light's axes.
   double fine_step = 0;
+  // Samples of `options` that a receiver shares the pattern of with those beside it: asked as a point it has others.
+  int shared_samples = 0;
   std::vector<MethodOptions> others = {};  // at the ends of their ranges and between, each quick at small pictures
 
   const MethodOptions& Fine() const { return fine ? *fine : options; }

@@ -67,7 +67,8 @@ class MasksTest : public ShadeTest {
 };
 
 TEST_F(MasksTest, HolesLetTheLightThroughToTheTexel) {
-  for (const MethodOptions& method : {MethodOptions(HardOptions{1024}), MethodOptions(RayOptions{1})}) {
+  for (const MethodOptions& method :
+       {MethodOptions(HardOptions{1024}), MethodOptions(RayOptions{1}), MethodOptions(ShaftOptions{8})}) {
     RenderRequest request = GroundRequest();
     request.method = method;
     const std::vector<RenderedImage> images = Render(CheckerOverGround(), request);
@@ -81,8 +82,9 @@ TEST_F(MasksTest, HolesLetTheLightThroughToTheTexel) {
   }
 }
 
-// Wrapped, in between texels, by the second texture coordinate's twin on the CPU: rays and maps see the same leaves.
-TEST_F(MasksTest, RaysAndMapsSeeTheSameMask) {
+// Wrapped, in between texels, by the second texture coordinate's twin on the CPU: rays, shafts and maps see the same
+// leaves.
+TEST_F(MasksTest, RaysShaftsAndMapsSeeTheSameMask) {
   for (const Wrap wrap : {Wrap::kRepeat, Wrap::kMirroredRepeat, Wrap::kClampToEdge}) {
     for (const bool is_nearest : {false, true}) {
       FlatScene scene = CheckerOverGround();
@@ -92,17 +94,19 @@ TEST_F(MasksTest, RaysAndMapsSeeTheSameMask) {
       RenderRequest request = GroundRequest(128);
       request.method = HardOptions{2048};
       const std::vector<RenderedImage> map = Render(scene, request);
-      request.method = RayOptions{1};
-      const std::vector<RenderedImage> rays = Render(scene, request);
-      ASSERT_EQ(map.size() + rays.size(), 2u);
-      int different = 0, dark = 0;
-      for (size_t i = 0; i < rays[0].image.size(); ++i) {
-        different += map[0].image.data()[i] != rays[0].image.data()[i];
-        dark += rays[0].image.data()[i] == 0;
+      for (const MethodOptions& method : {MethodOptions(RayOptions{1}), MethodOptions(ShaftOptions{8})}) {
+        request.method = method;
+        const std::vector<RenderedImage> other = Render(scene, request);
+        ASSERT_EQ(map.size() + other.size(), 2u);
+        int different = 0, dark = 0;
+        for (size_t i = 0; i < other[0].image.size(); ++i) {
+          different += map[0].image.data()[i] != other[0].image.data()[i];
+          dark += other[0].image.data()[i] == 0;
+        }
+        EXPECT_GT(dark, 500);
+        // 2 x 21 edges of 64 pixels, of which a map's texel is a tenth.
+        EXPECT_LE(different, 2 * 21 * 64 / 10) << int(wrap) << is_nearest << method.index();
       }
-      EXPECT_GT(dark, 500);
-      // 2 x 21 edges of 64 pixels, of which a map's texel is a tenth.
-      EXPECT_LE(different, 2 * 21 * 64 / 10) << int(wrap) << is_nearest;
     }
   }
 }
@@ -110,10 +114,14 @@ TEST_F(MasksTest, RaysAndMapsSeeTheSameMask) {
 TEST_F(MasksTest, ASoftShadowIsTheMeanOfTheHoles) {
   RenderRequest request = GroundRequest(64);
   request.lights = {LightAbove(2, 1)};  // as wide as 4 periods seen from the ground
-  request.method = MultiMapOptions{64, 512};
-  const std::vector<RenderedImage> images = Render(CheckerOverGround(), request);
-  ASSERT_EQ(images.size(), 1u);
-  EXPECT_NEAR(images[0].image.at(32, 32, 0), 0.5, 0.07) << "half of the plate is holes; 64 samples, stratified";
+  // Half of the plate is holes. 64 samples, stratified; 1024.
+  for (const auto& [method, most] :
+       {std::pair{MethodOptions(MultiMapOptions{64, 512}), 0.07}, std::pair{MethodOptions(ShaftOptions{32}), 0.01}}) {
+    request.method = method;
+    const std::vector<RenderedImage> images = Render(CheckerOverGround(), request);
+    ASSERT_EQ(images.size(), 1u);
+    EXPECT_NEAR(images[0].image.at(32, 32, 0), 0.5, most) << method.index();
+  }
 }
 
 TEST_F(MasksTest, TheCameraSeesThroughHoles) {

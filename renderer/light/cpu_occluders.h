@@ -1,0 +1,22 @@
+// The occluders of one light in memory, masks included, for methods that resolve on the CPU. No GL.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <vector>
+
+#include "renderer/light/occluders.h"
+#include "renderer/scene/ray_mask.h"
+
+namespace halfshade {
+
+struct CpuOccluders {
+  LightSpaceOccluders triangles;
+  std::vector<RayMask> masks;  // one for each of triangles.masked
+};
+
+// Decodes the masks' images; the decoder's errors come back.
+absl::StatusOr<CpuOccluders> BuildCpuOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light,
+                                               const ImageDecoder& decoder);
+
+}  // namespace halfshade

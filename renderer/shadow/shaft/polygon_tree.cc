@@ -1,0 +1,106 @@
+#include "renderer/shadow/shaft/polygon_tree.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "renderer/scene/flat_scene.h"
+
+namespace halfshade {
+namespace {
+
+class TreeBuilder {
+ public:
+  explicit TreeBuilder(const std::vector<Polygon>& polygons) : polygons_(polygons), order_(polygons.size()) {
+    std::iota(order_.begin(), order_.end(), 0u);
+    for (const Polygon& polygon : polygons) {
+      Box3f box;
+      for (int k = 0; k < polygon.corners; ++k) box.Add({polygon.x[k], polygon.y[k], polygon.z[k]});
+      boxes_.push_back(box);
+    }
+  }
+
+  void Build(PolygonTree* tree) {
+    tree->nodes.reserve(polygons_.size() / 16 + 16);
+    tree->nodes.emplace_back();
+    BuildNode(0, {0, uint32_t(order_.size())}, &tree->nodes);
+    for (const uint32_t i : order_) tree->polygons.push_back(polygons_[i]);
+  }
+
+ private:
+  struct Range {
+    uint32_t first = 0, last = 0;
+    uint32_t size() const { return last - first; }
+  };
+
+  std::pair<Range, Range> Split(const Range& range) {
+    Box3f centers;
+    for (uint32_t i = range.first; i < range.last; ++i) centers.Add(boxes_[order_[i]].Center());
+    const glm::vec3 extent = centers.Extent();
+    const int axis = extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
+    const uint32_t middle = (range.first + range.last) / 2;
+    const auto begin = order_.begin();
+    // Ties by number: the same tree wherever the library's selection would put equals.
+    std::nth_element(begin + range.first, begin + middle, begin + range.last, [&](uint32_t a, uint32_t b) {
+      const float x = boxes_[a].min[axis] + boxes_[a].max[axis], y = boxes_[b].min[axis] + boxes_[b].max[axis];
+      return x < y || (x == y && a < b);
+    });
+    return {{range.first, middle}, {middle, range.last}};
+  }
+
+  void BuildNode(uint32_t index, const Range& whole, std::vector<PolygonTree::Node>* nodes) {
+    std::vector<Range> groups = {whole};
+    while (groups.size() < PolygonTree::kWidth) {
+      const auto largest = std::max_element(groups.begin(), groups.end(),
+                                            [](const Range& a, const Range& b) { return a.size() < b.size(); });
+      if (largest->size() <= PolygonTree::kLeafPolygons) break;
+      const auto [low, high] = Split(*largest);
+      *largest = low;
+      groups.push_back(high);
+    }
+    std::sort(groups.begin(), groups.end(), [](const Range& a, const Range& b) { return a.first < b.first; });
+    for (int i = 0; i < PolygonTree::kWidth; ++i) {
+      Box3f box;
+      if (size_t(i) < groups.size()) {
+        for (uint32_t k = groups[i].first; k < groups[i].last; ++k) {
+          box.Add(boxes_[order_[k]].min);
+          box.Add(boxes_[order_[k]].max);
+        }
+      }
+      PolygonTree::Node& node = (*nodes)[index];
+      constexpr float kMost = std::numeric_limits<float>::max();
+      for (int axis = 0; axis < 3; ++axis) {
+        node.boxes.low[axis][i] = box.IsEmpty() ? kMost : box.min[axis];
+        node.boxes.high[axis][i] = box.IsEmpty() ? -kMost : box.max[axis];
+      }
+      node.first[i] = 0;
+      node.count[i] = 0;
+      if (size_t(i) >= groups.size()) continue;
+      if (groups[i].size() <= PolygonTree::kLeafPolygons) {
+        node.first[i] = groups[i].first;
+        node.count[i] = uint8_t(groups[i].size());
+        continue;
+      }
+      node.first[i] = uint32_t(nodes->size());
+      nodes->emplace_back();
+      BuildNode((*nodes)[index].first[i], groups[i], nodes);
+    }
+  }
+
+  const std::vector<Polygon>& polygons_;
+  std::vector<uint32_t> order_;
+  std::vector<Box3f> boxes_;
+};
+
+}  // namespace
+
+PolygonTree BuildPolygonTree(ShaftPolygons polygons) {
+  PolygonTree tree;
+  tree.space = polygons.space;
+  if (!polygons.polygons.empty()) TreeBuilder(polygons.polygons).Build(&tree);
+  tree.masked = std::move(polygons.masked);
+  return tree;
+}
+
+}  // namespace halfshade

@@ -1,0 +1,185 @@
+#include "renderer/shadow/shaft/resolve_tile.h"
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "renderer/shadow/shaft/resolve_tile.cc"
+#include <hwy/foreach_target.h>
+// After foreach_target.h.
+#include "renderer/shadow/shaft/query-inl.h"
+
+#ifndef HALFSHADE_SHAFT_RESOLVE_TILE_ONCE_
+#define HALFSHADE_SHAFT_RESOLVE_TILE_ONCE_
+namespace halfshade {
+
+// Whether the mask leaves anything of the triangle where the segment from the receiver to the light's sample meets it.
+bool IsMaskedThere(const MaskedTriangle& triangle, const RayMask& mask, const glm::vec3& receiver,
+                   const glm::vec2& sample);
+
+}  // namespace halfshade
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace halfshade {
+namespace HWY_NAMESPACE {
+
+// Samples that a masked triangle covers are hidden where its mask leaves it. `covered` starts empty.
+void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const RayMask& mask, const Tile& tile,
+                int block, const Receivers16& at, LightRows* light) {
+  LightRows covered;
+  covered.rows = light->rows;
+  covered.count = light->count;
+  covered.lean = light->lean;
+  covered.rise = light->rise;
+  for (int r = 0; r < light->count; ++r) {
+    covered.hidden[r] = SetWords(0);
+    covered.above[r] = light->above[r];
+  }
+  if (polygon.corners == 4) {
+    DrawPolygon<4>(polygon, at, &covered);
+  } else {
+    DrawPolygon<3>(polygon, at, &covered);
+  }
+  alignas(64) uint32_t hidden[Tile::kLanes], asked[Tile::kLanes];
+  alignas(64) float above[Tile::kLanes];
+  alignas(64) float rise[Tile::kLanes];
+  Store(light->rise, rise);
+  for (int r = 0; r < light->count; ++r) {
+    Store(covered.hidden[r] & (light->hidden[r] ^ SetWords(~0u)), asked);
+    Store(light->hidden[r], hidden);
+    Store(light->above[r], above);
+    for (int lane = 0; lane < Tile::kLanes; ++lane) {
+      const int i = block * Tile::kLanes + lane;
+      for (uint32_t bits = asked[lane]; bits != 0; bits &= bits - 1) {
+        const auto column = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
+        const float x = (float(column) + 0.5f - above[lane]) / float(kColumns);
+        const float y = (float(r) - rise[lane] + light->lean * x) / float(light->rows);
+        if (!IsMaskedThere(triangle, mask, {tile.x[i], tile.y[i], tile.z[i]}, {x, y})) hidden[lane] |= 1u << column;
+      }
+    }
+    light->hidden[r] = LoadWords(hidden);
+  }
+}
+
+// Draws polygons until nothing of the light is left.
+uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const std::vector<uint32_t>& list,
+                  const Tile& tile, int block, LightRows* light) {
+  constexpr size_t kCheckEvery = 4;
+  const int first = block * Tile::kLanes;
+  Receivers16 at;
+  at.x = Load(tile.x + first);
+  at.y = Load(tile.y + first);
+  at.z = Load(tile.z + first);
+  at.normal_x = Load(tile.normal_x + first);
+  at.normal_y = Load(tile.normal_y + first);
+  at.normal_z = Load(tile.normal_z + first);
+  at.error_m = Load(tile.error_m + first);
+  at.active = tile.active[block];
+  at.is_loose = tile.is_loose;
+  for (size_t i = 0; i < list.size(); ++i) {
+    const Polygon& polygon = tree.polygons[list[i]];
+    if (polygon.masked >= 0) {
+      const MaskedTriangle& triangle = tree.masked[polygon.masked];
+      DrawMasked(polygon, triangle, masks[triangle.mask], tile, block, at, light);
+    } else if (polygon.corners == 4) {
+      DrawPolygon<4>(polygon, at, light);
+    } else {
+      DrawPolygon<3>(polygon, at, light);
+    }
+    if (i % kCheckEvery == kCheckEvery - 1 && IsAllHidden(*light)) return i + 1;
+  }
+  return list.size();
+}
+
+// Counts what is hidden of what is above the plane.
+HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block, TileResult* result) {
+  alignas(64) uint32_t even[Tile::kLanes], odd[Tile::kLanes], preset_even[Tile::kLanes], preset_odd[Tile::kLanes];
+  Store(CountEven(light, 0), even);
+  Store(CountEven(light, 1), odd);
+  Store(light.preset_even, preset_even);
+  Store(light.preset_odd, preset_odd);
+  for (int lane = 0; lane < Tile::kLanes; ++lane) {
+    if ((tile.active[block] >> lane & 1) == 0) continue;
+    const int i = block * Tile::kLanes + lane;
+    const uint32_t above_even = uint32_t(kColumns * ((light.count + 1) / 2)) - preset_even[lane];
+    const uint32_t above_odd = uint32_t(kColumns * (light.count / 2)) - preset_odd[lane];
+    const uint32_t hidden_even = even[lane] - preset_even[lane], hidden_odd = odd[lane] - preset_odd[lane];
+    const uint32_t above = above_even + above_odd;
+    result->hidden[i] = above == 0 ? 1 : float(hidden_even + hidden_odd) / float(above);
+    if (above_even == 0 || above_odd == 0) continue;
+    result->disagreement[i] = std::abs(float(hidden_even) / float(above_even) - float(hidden_odd) / float(above_odd));
+  }
+}
+
+// From R / 8 to 5 R / 16 rows, up or down. Over edges of all directions 16 rows then err by .0019 on average and by
+// .003 in the worst one; when all leant by one row, by .0029 and .014.
+int LeanOf(uint32_t hash, int rows) {
+  const int least = HWY_MAX(1, rows / 8), most = rows * 5 / 16;
+  const int lean = least + int((hash >> 1) % uint32_t(most - least + 1));
+  return (hash & 1) != 0 ? lean : -lean;
+}
+
+void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks, const Tile& tile, int rows,
+                     TileScratch* lists, TileResult* result) {
+  std::fill_n(result->hidden, Tile::kMost, 0.0f);
+  std::fill_n(result->disagreement, Tile::kMost, 0.0f);
+  const Bounds bounds = BoundsOf(tile, 0, Tile::kBlocks);
+  FindPolygons(tree, MakeShaft(tile, 0, tile.shares_one_plane ? Tile::kBlocks : 0, bounds), bounds, &lists->stack,
+               &lists->tile);
+  result->polygons = uint32_t(lists->tile.size());
+  result->drawn = 0;
+  if (lists->tile.empty()) return;
+  Arrange(tree, lists->tile, bounds, &lists->arranged);
+
+  float row_shift[kMostRows];  // van der Corput's
+  for (int r = 0; r < rows; ++r) {
+    uint32_t reversed = 0;
+    for (int bit = 1; bit < rows; bit *= 2) reversed = 2 * reversed + ((r & bit) != 0 ? 1 : 0);
+    row_shift[r] = (float(reversed) + 0.5f) / float(rows);
+  }
+  LightRows light;
+  for (int block = 0; block < Tile::kBlocks; ++block) {
+    if (tile.active[block] == 0) continue;
+    const Bounds block_bounds = BoundsOf(tile, block, block + 1);
+    const Shaft shaft = MakeShaft(tile, block, tile.shares_plane[block] ? block + 1 : block, block_bounds);
+    NarrowList(tree, lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
+    if (lists->block.empty()) continue;
+    StartRows(tile, block, rows, LeanOf(tile.block_hash[block], rows), row_shift, &light);
+    result->drawn += DrawList(tree, masks, lists->block, tile, block, &light);
+    CountHidden(light, tile, block, result);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace halfshade
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace halfshade {
+
+HWY_EXPORT(ResolveTileHere);
+
+void ResolveTile(const PolygonTree& tree, const std::vector<RayMask>& masks, const Tile& tile, int rows,
+                 TileScratch* scratch, TileResult* result) {
+  HWY_DYNAMIC_DISPATCH(ResolveTileHere)(tree, masks, tile, rows, scratch, result);
+}
+
+bool IsMaskedThere(const MaskedTriangle& triangle, const RayMask& mask, const glm::vec3& receiver,
+                   const glm::vec2& sample) {
+  // Weights of the second and third corner where the segment meets the triangle's plane (Moeller and Trumbore 1997).
+  const glm::vec3 edge1 = triangle.corners[1] - triangle.corners[0], edge2 = triangle.corners[2] - triangle.corners[0];
+  const glm::vec3 direction = glm::vec3(sample, 0) - receiver;
+  const glm::vec3 p = glm::cross(direction, edge2);
+  const float determinant = glm::dot(edge1, p);
+  if (determinant == 0) return true;
+  const glm::vec3 arm = receiver - triangle.corners[0];
+  const float u = glm::dot(arm, p) / determinant;
+  const float v = glm::dot(direction, glm::cross(arm, edge1)) / determinant;
+  const MaskVertex here =
+      triangle.mask_corners[0] * (1 - u - v) + triangle.mask_corners[1] * u + triangle.mask_corners[2] * v;
+  return mask.IsMaskedAway(here, here.z);
+}
+
+}  // namespace halfshade
+#endif

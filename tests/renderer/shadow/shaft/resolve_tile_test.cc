@@ -1,0 +1,212 @@
+#include "renderer/shadow/shaft/resolve_tile.h"
+
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "renderer/light/trace_light.h"
+#include "renderer/math/light_frame.h"
+#include "renderer/scene/pose.h"
+#include "tests/support/closed_forms.h"
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/render_fixture.h"
+
+namespace halfshade {
+namespace {
+
+// Hidden fractions of points on the ground, seen from a light at height 3 that shines down.
+struct Resolved {
+  std::vector<float> hidden;
+  double disagreement = 0;  // mean
+  uint64_t drawn = 0;
+};
+
+Resolved ResolvePoints(const FlatScene& scene, const AreaLight& light, const CpuReceivers& receivers, int rows,
+                       uint32_t seed = 0) {
+  const PolygonTree tree =
+      BuildPolygonTree(BuildShaftPolygons(BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), light));
+  const TileFiller filler(receivers, light, tree.space, seed);
+  Resolved resolved;
+  resolved.hidden.resize(receivers.size(), 0);
+  Tile tile;
+  TileScratch scratch;
+  TileResult result;
+  for (int index = 0; index < filler.count(); ++index) {
+    if (!filler.Fill(index, &tile)) continue;
+    ResolveTile(tree, {}, tile, rows, &scratch, &result);
+    resolved.drawn += result.drawn;
+    for (int i = 0; i < Tile::kMost; ++i) {
+      if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
+      resolved.hidden[tile.index[i]] = result.hidden[i];
+      resolved.disagreement += result.disagreement[i] / double(receivers.size());
+    }
+  }
+  return resolved;
+}
+
+// `count` a side over the square of edge `size`, on the ground.
+std::vector<glm::vec3> GroundPoints(int count, float size) {
+  std::vector<glm::vec3> points;
+  for (int i = 0; i < count * count; ++i) {
+    points.emplace_back((float(i % count) / float(count - 1) - 0.5f) * size, 0,
+                        (float(i / count) / float(count - 1) - 0.5f) * size);
+  }
+  return points;
+}
+
+CpuReceivers OnGround(const std::vector<glm::vec3>& points) {
+  return MakePointReceivers(points, std::vector<glm::vec3>(points.size(), {0, 1, 0}));
+}
+
+class RowsTest : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Rows, RowsTest, testing::Values(8, 16, 32, 64));
+
+// An edge across the rows is met to a fraction of a sample in each, and those of R rows add up to what van der Corput's
+// shifts miss of an arc: 2 (log2(R) / 3 + 1). An edge along them cuts as many rows as they lean, together to a sample.
+// There are two of each.
+TEST_P(RowsTest, BehindAPlateTheTrapezoidsAreMetToAFewSamples) {
+  const int rows = GetParam();
+  const double bound = (4 * (std::log2(rows) / 3 + 1) + 2) / (32 * rows);
+  const AreaLight light = LightAbove(3, 0.6);
+  const FlatScene scene = MakeFlatScene({MakePlate({0, 1.2, 0}, 0.5, 0.3)});
+  const std::vector<glm::vec3> points = GroundPoints(64, 2);
+  const Resolved resolved = ResolvePoints(scene, light, OnGround(points), rows);
+  double largest = 0, mean = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double truth =
+        1 - VisibilityBehindPlate({0.3, 0.3}, {0, 0, 1.8}, {0.25, 0.15}, {points[i].x, points[i].z, 3});
+    const double error = std::abs(resolved.hidden[i] - truth);
+    largest = std::max(largest, error);
+    mean += error / double(points.size());
+  }
+  std::printf("%d rows: mean %.6f, largest %.5f, bound %.5f\n", rows, mean, largest, bound);
+  EXPECT_LE(largest, bound);
+  EXPECT_LE(mean, 0.5 / (32 * rows));  // they rarely add up
+}
+
+TEST(ResolveTileTest, BehindABoxAndABoxTurnedInsideOutIsItsSilhouette) {
+  const AreaLight light = LightAbove(3, 0.6);
+  const std::vector<glm::vec3> points = GroundPoints(48, 2);
+  GlbMesh box = MakeBox({0.1, 1, -0.1}, {0.3, 0.6, 0.4});
+  for (const bool is_turned : {false, true}) {
+    if (is_turned) std::reverse(box.indices.begin(), box.indices.end());
+    const Resolved resolved = ResolvePoints(MakeFlatScene({box}), light, OnGround(points), 64);
+    double largest = 0;
+    for (size_t i = 0; i < points.size(); ++i) {
+      // The light's y is the world's z.
+      const double truth =
+          1 - VisibilityBehindBox({0.3, 0.3}, {-0.05, -0.3, 1.7}, {0.25, 0.1, 2.3}, {points[i].x, points[i].z, 3});
+      largest = std::max(largest, std::abs(resolved.hidden[i] - truth));
+    }
+    EXPECT_LE(largest, 0.01) << "turned: " << is_turned;
+  }
+}
+
+// Two plates that overlap on the light, edge to edge and one over the other: what both hide counts once.
+TEST(ResolveTileTest, WhatTwoPlatesHideIsTheirUnionToTheBit) {
+  const AreaLight light = LightAbove(3, 0.6);
+  const std::vector<glm::vec3> points = GroundPoints(48, 2);
+  const CpuReceivers receivers = OnGround(points);
+  const FlatScene whole = MakeFlatScene({MakePlate({0, 1, 0}, 1, 0.4)});
+  const FlatScene halves = MakeFlatScene({MakePlate({-0.25, 1, 0}, 0.5, 0.4), MakePlate({0.25, 1, 0}, 0.5, 0.4)});
+  const FlatScene over = MakeFlatScene(
+      {MakePlate({-0.1, 1, 0}, 0.8, 0.4), MakePlate({0.1, 1, 0}, 0.8, 0.4), MakePlate({0, 1, 0}, 1, 0.4)});
+  const std::vector<float> expected = ResolvePoints(whole, light, receivers, 16).hidden;
+  EXPECT_EQ(ResolvePoints(halves, light, receivers, 16).hidden, expected);
+  EXPECT_EQ(ResolvePoints(over, light, receivers, 16).hidden, expected);
+}
+
+std::vector<GlbMesh> Clutter() {
+  std::mt19937 random(5);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * double(random()) / 4294967296.0; };
+  std::vector<GlbMesh> meshes = {MakeSphere({0.2, 0.8, 0.1}, 0.3, 12), MakeBox({-0.5, 0.3, 0}, {0.3, 0.6, 0.3})};
+  for (int i = 0; i < 60; ++i) {
+    meshes.push_back(MakeSquare({uniform(-1, 1), uniform(0.1, 3.4), uniform(-1, 1)}, 0.2, uniform(-1.5, 1.5)));
+  }
+  return meshes;
+}
+
+TEST(ResolveTileTest, TheBytesAreTheSameOnEveryInstructionSet) {
+  const FlatScene scene = MakeFlatScene(Clutter());
+  const AreaLight light = LightAbove(3, 0.7);
+  const CpuReceivers receivers = OnGround(GroundPoints(64, 3));
+  const CpuReceivers loose = MakePointReceivers(GroundPoints(64, 3), {});
+  std::vector<std::vector<float>> results;
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    std::vector<float>& hidden = results.emplace_back(ResolvePoints(scene, light, receivers, 16).hidden);
+    const std::vector<float> more = ResolvePoints(scene, light, loose, 8).hidden;
+    hidden.insert(hidden.end(), more.begin(), more.end());
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  std::printf("%zu instruction sets\n", results.size());
+  EXPECT_GT(results.size(), 1u) << "nothing to compare on this machine";
+  for (const std::vector<float>& hidden : results) {
+    EXPECT_EQ(std::memcmp(hidden.data(), results[0].data(), hidden.size() * sizeof(float)), 0);
+  }
+}
+
+// In clutter that stands around, through and behind the light, from points with and without planes.
+TEST(ResolveTileTest, WhatIsHiddenIsWhatRaysSay) {
+  const FlatScene scene = MakeFlatScene(Clutter());
+  const auto no_images = [](const EncodedImage&) { return absl::UnimplementedError("no images"); };
+  const auto rays = RayScene::Create(scene, *BuildPose(scene, 0), no_images);
+  ASSERT_OK(rays);
+  for (const double size : {0.0, 0.05, 0.7}) {
+    const AreaLight light = LightAbove(3, size);
+    const std::vector<glm::vec3> points = GroundPoints(32, 3);
+    for (const CpuReceivers& receivers : {OnGround(points), MakePointReceivers(points, {})}) {
+      const auto traced =
+          TraceLight(**rays, light, receivers, {.rays = 4096, .seed = 3}, [] { return absl::OkStatus(); });
+      ASSERT_OK(traced);
+      const Resolved resolved = ResolvePoints(scene, light, receivers, 64);
+      double mean = 0;
+      for (size_t i = 0; i < points.size(); ++i) mean += std::abs(resolved.hidden[i] - traced->hidden[i]) / 1024;
+      std::printf("light %.2f: mean difference from rays %.5f\n", size, mean);
+      // 2048 and 4096 samples: .7 sqrt(v (1 - v)) k^-.75 of each, at v = 1/2; of a point rays and polygons may only
+      // disagree at silhouettes.
+      EXPECT_LE(mean, size == 0 ? 2.0 / 1024 : 0.5 * 0.7 * (std::pow(2048, -0.75) + std::pow(4096, -0.75)));
+    }
+  }
+}
+
+TEST(ResolveTileTest, WithoutAPolygonInTheShaftNothingIsDrawn) {
+  const FlatScene scene = MakeFlatScene({MakePlate({0, 5, 0}, 4, 4), MakePlate({0, -1, 0}, 4, 4)});
+  const Resolved resolved = ResolvePoints(scene, LightAbove(3, 0.6), OnGround(GroundPoints(16, 2)), 16);
+  EXPECT_EQ(resolved.drawn, 0u);
+  for (const float hidden : resolved.hidden) EXPECT_EQ(hidden, 0);
+}
+
+TEST(ResolveTileTest, UnderAFullOccluderAllIsHiddenAndTheListIsNotDrawnToItsEnd) {
+  std::vector<GlbMesh> plates;
+  for (int i = 0; i < 100; ++i) plates.push_back(MakePlate({0, 1 + 0.01 * i, 0}, 20, 20));
+  const Resolved resolved = ResolvePoints(MakeFlatScene(plates), LightAbove(3, 0.6), OnGround(GroundPoints(16, 2)), 16);
+  for (const float hidden : resolved.hidden) EXPECT_EQ(hidden, 1);
+  EXPECT_LE(resolved.drawn, 16u * 4);  // 16 blocks, asked every fourth polygon
+}
+
+// Rows against rows: within 2x of the truth, as a quarter of it.
+TEST(ResolveTileTest, AQuarterOfTheRowsDisagreementIsTheErrorWithinAFactorOfTwo) {
+  const FlatScene scene = MakeFlatScene(Clutter());
+  const AreaLight light = LightAbove(3, 0.7);
+  const CpuReceivers receivers = OnGround(GroundPoints(64, 3));
+  const std::vector<float> truth = ResolvePoints(scene, light, receivers, 64, 9).hidden;
+  for (const int rows : {8, 16}) {
+    const Resolved resolved = ResolvePoints(scene, light, receivers, rows);
+    double error = 0;
+    for (size_t i = 0; i < truth.size(); ++i) error += std::abs(resolved.hidden[i] - truth[i]) / double(truth.size());
+    const double predicted = 0.25 * resolved.disagreement;
+    std::printf("%d rows: error %.5f, predicted %.5f\n", rows, error, predicted);
+    EXPECT_GT(predicted, error / 2);
+    EXPECT_LT(predicted, error * 2);
+  }
+}
+
+}  // namespace
+}  // namespace halfshade
