@@ -21,6 +21,9 @@ constexpr double kFilterNanosecondsPerTap = 4;
 constexpr int kMapUnit = kPlanesUnit + 1;
 constexpr int kHiddenCenterUnit = kPlanesUnit + 2;
 static_assert(kHiddenCenterUnit < CenterMap::kFirstFreeUnit);
+// A Gaussian cut at two deviations of half its window each has the variance (1 - 4 phi(2) / (2 Phi(2) - 1)) / 4 = .1934
+// of half the window squared, a rectangle 1/3: sqrt(1/3 / .1934). Narrower, its penumbrae would be too.
+constexpr double kGaussianExtent = 1.3129;
 constexpr GLuint kPyramidBinding = 1;
 constexpr size_t kMaxLevels = 12;  // of light/windows.glsl: 2^11 squares of 4 texels a side are 8192
 
@@ -63,7 +66,8 @@ void CenterMap::SetUniforms(const DrawContext& draw, gl::Program& program, const
   program.Set("first_center", glm::vec2(front.first_center));
   program.Set("slope_per_texel", glm::vec2(front.slope_per_texel));
   program.Set("z_near", float(front.z_near));
-  program.Set("half_edges", glm::vec2(cell_.width_m / 2, cell_.height_m / 2));
+  const double extent = taps.weights == FilterWeights::kGaussian ? kGaussianExtent : 1;
+  program.Set("half_edges", glm::vec2(glm::dvec2(cell_.width_m, cell_.height_m) * (extent / 2)));
   program.Set("front_slope", float(front.side_slope));
   front.maps->Bind(kMapUnit);
   program.Set("maps", kMapUnit);

@@ -15,8 +15,9 @@ float BlockerPlace(int tap, int taps) { return 2.0 * float(tap) / float(max(taps
 // Middles of as many strips of [-1,1].
 float FilterPlace(int tap, int taps) { return (2.0 * float(tap) + 1.0) / float(taps) - 1.0; }
 
-// Of a rectangle as wide as the window the deviation is width / sqrt(12).
-float FilterWeight(float place) { return is_gaussian ? exp(-1.5 * place * place) : 1.0; }
+// A Gaussian's window ends at two deviations, and is as much wider than the light that, cut there, it spreads as far as
+// the rectangle does (center_map.cc).
+float FilterWeight(float place) { return is_gaussian ? exp(-2.0 * place * place) : 1.0; }
 
 // In [-1/2, 1/2], evenly whatever part of the row is looked at: multiples of the golden ratio. A mirrored row's are
 // mirrored.

@@ -13,7 +13,7 @@ uniform float map_size;
 uniform vec2 first_center;  // of the map's first texel, in slopes
 uniform vec2 slope_per_texel;
 uniform float z_near;
-uniform vec2 half_edges;
+uniform vec2 half_edges;  // of the light; of a Gaussian one, where it ends
 
 vec2 ToTexel(vec2 slope) { return (slope - first_center) / slope_per_texel + 0.5; }
 

@@ -114,6 +114,34 @@ TEST(PcssTest, UnderAWidePlateNothingIsResolvedAndAllIsDark) {
   EXPECT_EQ(*std::max_element(v.data(), v.data() + v.size()), 0);
 }
 
+// Both filters spread the edge of a half plane as far: the variance of the light's width over 12, in metres on the
+// receiver half way.
+TEST(PcssTest, AGaussiansPenumbraHasTheVarianceOfTheRectangles) {
+  constexpr int kSize = 256;
+  constexpr double kView = 1.2, kLight = 0.5;
+  const FlatScene scene = MakeFlatScene({MakePlate({-10, 1, 0}, 20, 40), MakePlate({0, 0, 0}, 8, 8)});
+  RenderRequest request;
+  request.camera = LookDown(0.5, kView * 16 / kSize);
+  request.width = kSize;
+  request.height = 16;
+  request.lights = {LightAbove(2, kLight)};
+  for (const FilterWeights weights : {FilterWeights::kMean, FilterWeights::kGaussian}) {
+    const Image v = Render(scene, request, {4096, 31, 63, weights});
+    double weight = 0, mean = 0, square = 0;
+    for (int i = 1; i < kSize; ++i) {  // the ramp's slope as a distribution
+      const double x = (double(i) / kSize - 0.5) * kView, rise = v.at(i, 8, 0) - v.at(i - 1, 8, 0);
+      weight += rise;
+      mean += rise * x;
+      square += rise * x * x;
+    }
+    ASSERT_NEAR(weight, 1, 1e-6);
+    const double deviation = std::sqrt(square - mean * mean);
+    std::printf("deviation %.4f, of the light %.4f\n", deviation, kLight / std::sqrt(12));
+    // A texel of 10 mm on the receiver, of 20 m / 4096 seen half way, on .144 m.
+    EXPECT_NEAR(deviation, kLight / std::sqrt(12), 0.03 * kLight / std::sqrt(12));
+  }
+}
+
 TEST(PcssTest, GaussianAndMeanAgreeInTheMiddleOfAPenumbraAndDifferInItsTails) {
   const FlatScene scene = MakeFlatScene({MakePlate({-10, 1, 0}, 20, 40), MakePlate({0, 0, 0}, 8, 8)});
   RenderRequest request;
@@ -124,11 +152,12 @@ TEST(PcssTest, GaussianAndMeanAgreeInTheMiddleOfAPenumbraAndDifferInItsTails) {
   const Image gaussian = Render(scene, request, {2048, 7, 31, FilterWeights::kGaussian});
   EXPECT_NEAR(mean.at(32, 32, 0), 0.5, 0.05);
   EXPECT_NEAR(gaussian.at(32, 32, 0), 0.5, 0.05);
-  // A quarter of the penumbra's width (.5 m) off the middle: .75 of the mean, .5 + .5 erf(1.5 / sqrt(6)) /
-  // erf(sqrt(1.5)) of a Gaussian that is cut at its window: .83.
+  // A quarter of the penumbra's width (.5 m) off the middle: .75 of the mean; of a Gaussian that is cut at two
+  // deviations and is as wide in its own .5 + .5 erf(x / sqrt(2)) / erf(sqrt(2)), x deviations off: .79.
   const int x = 32 + int(std::lround(0.125 * 65));
   EXPECT_NEAR(mean.at(x, 32, 0), 0.75, 0.05);
-  EXPECT_NEAR(gaussian.at(x, 32, 0), 0.5 + 0.5 * std::erf(0.5 * std::sqrt(1.5)) / std::erf(std::sqrt(1.5)), 0.05);
+  EXPECT_NEAR(gaussian.at(x, 32, 0), 0.5 + 0.5 * std::erf(0.125 / 0.164 / std::sqrt(2.0)) / std::erf(std::sqrt(2.0)),
+              0.02);
 }
 
 }  // namespace
