@@ -277,6 +277,9 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(ssm->occluder_map_size, ssm->resolve, ssm->passes, ssm->accumulation, ssm->blend, ssm->sub_lights, ssm->bins,
         ssm->measures_coverage);
   }
+  if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
+    add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter);
+  }
   if (const auto* sssm = std::get_if<SssmOptions>(&request.method)) {
     add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,
         sssm->thresholds, sssm->sub_lights);
