@@ -105,10 +105,30 @@ struct SsmOptions {
   int bins = 4;                   // slabs of depth of kBinned, 1..16
   bool measures_coverage = true;  // of each patch, by four texels
 };
+enum class PdsmConstruction : uint8_t {
+  kTraversal,  // Algorithm 1 of the paper
+  kScatter,    // the same events, sent from the maps' texels
+  kSlices,     // exact at some depths, straight between
+};
+enum class PdsmLayout : uint8_t {
+  kIndexed,  // compressed functions
+  kVolume,   // slices; of construction kSlices alone
+};
+enum class PdsmFilter : uint8_t { kNearest, kBilinear, kWide2, kWide3 };
+struct PdsmOptions {
+  int k = 64;           // samples of the light, 4..256
+  int map_size = 512;   // texels a side of each sample's map, at most; 16..8192
+  int pdsm_size = 512;  // rays a side, 16..4096
+  float eps = 0.01f;    // of compression, 1/(2k)...5
+  PdsmConstruction construction = PdsmConstruction::kSlices;
+  PdsmLayout layout = PdsmLayout::kVolume;
+  PdsmFilter filter = PdsmFilter::kBilinear;
+};
 struct ShaftOptions {
   int rows = 16;  // of 32 samples of the light each: 8, 16, 32 or 64
 };
-using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, ShaftOptions>;
+using MethodOptions =
+    std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions, ShaftOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher

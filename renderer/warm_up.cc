@@ -70,7 +70,10 @@ absl::Status WarmUp(Renderer& renderer) {
   request.lights = {light};
   for (const MethodOptions& method :
        {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1}),
-        MethodOptions(SsmOptions{.occluder_map_size = 16, .sub_lights = 1})}) {
+        MethodOptions(SsmOptions{.occluder_map_size = 16, .sub_lights = 1}),
+
+        MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kScatter, PdsmLayout::kIndexed}),
+        MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kSlices, PdsmLayout::kVolume})}) {
     for (const OutputKind kind : {OutputKind::kFrame, OutputKind::kVisibility}) {
       request.method = method;
       request.outputs = {kind};

@@ -281,6 +281,9 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(ssm->occluder_map_size, ssm->resolve, ssm->passes, ssm->accumulation, ssm->blend, ssm->sub_lights, ssm->bins,
         ssm->measures_coverage);
   }
+  if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
+    add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter);
+  }
   if (const auto* shaft = std::get_if<ShaftOptions>(&request.method)) add(shaft->rows);
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "renderer/status.h"
 #include "server/validate_field.h"
 
@@ -13,6 +15,10 @@ constexpr int kMaxFilterTaps = 127;
 constexpr int kMaxOccluderMapSize = 1024;  // tables count to that many patches a side, of four texels each
 constexpr int kMaxSubLights = 8;
 constexpr int kMaxBins = 16;
+constexpr int kMinPdsmSamples = 4;
+constexpr int kMaxPdsmSamples = 256;
+constexpr int kMaxPdsmSize = 4096;
+constexpr float kLargestEps = 0.5f;
 
 // Of a window with a tap in its middle.
 absl::Status CheckTaps(const std::string& field, uint32_t taps, int most, int* result) {
@@ -88,6 +94,63 @@ absl::StatusOr<SsmOptions> CheckSsm(const v1::SsmOptions& asked) {
   return options;
 }
 
+absl::StatusOr<PdsmOptions> CheckPdsm(const v1::PdsmOptions& asked) {
+  PdsmOptions options;
+  if (asked.has_k()) {
+    RETURN_IF_ERROR(CheckRange("method.pdsm.k", asked.k(), kMinPdsmSamples, kMaxPdsmSamples));
+    options.k = int(asked.k());
+  }
+  if (asked.has_map_size()) {
+    RETURN_IF_ERROR(CheckRange("method.pdsm.map_size", asked.map_size(), kMinMapSize, kMaxMapSize));
+    options.map_size = int(asked.map_size());
+  }
+  if (asked.has_pdsm_size()) {
+    RETURN_IF_ERROR(CheckRange("method.pdsm.pdsm_size", asked.pdsm_size(), kMinMapSize, kMaxPdsmSize));
+    options.pdsm_size = int(asked.pdsm_size());
+  }
+  // An event is 1/k: a bound below half of that keeps both ends of each.
+  const float least_eps = 0.5f / float(options.k);
+  options.eps = std::max(options.eps, least_eps);
+  if (asked.has_eps()) {
+    RETURN_IF_ERROR(CheckFinite("method.pdsm.eps", asked.eps()));
+    if (!(asked.eps() >= least_eps && asked.eps() < kLargestEps)) {
+      return FieldError("method.pdsm.eps", NumberText(asked.eps()) + "; must be " + NumberText(least_eps) +
+                                               ", which is 1/(2k), to below " + NumberText(kLargestEps));
+    }
+    options.eps = asked.eps();
+  }
+  if (!v1::PdsmConstruction_IsValid(asked.construction())) {
+    return FieldError("method.pdsm.construction", std::to_string(asked.construction()) + "; no such construction");
+  }
+  if (!v1::PdsmLayout_IsValid(asked.layout())) {
+    return FieldError("method.pdsm.layout", std::to_string(asked.layout()) + "; no such layout");
+  }
+  if (!v1::PdsmFilter_IsValid(asked.filter())) {
+    return FieldError("method.pdsm.filter", std::to_string(asked.filter()) + "; no such filter");
+  }
+  // Slices make a volume and events make functions; one of both names the other.
+  if (asked.construction() == v1::PDSM_CONSTRUCTION_UNSPECIFIED) {
+    options.layout = asked.layout() == v1::PDSM_LAYOUT_INDEXED ? PdsmLayout::kIndexed : PdsmLayout::kVolume;
+    options.construction =
+        options.layout == PdsmLayout::kIndexed ? PdsmConstruction::kScatter : PdsmConstruction::kSlices;
+  } else {
+    options.construction = PdsmConstruction(asked.construction() - v1::PDSM_CONSTRUCTION_TRAVERSAL);
+    options.layout = options.construction == PdsmConstruction::kSlices ? PdsmLayout::kVolume : PdsmLayout::kIndexed;
+    if (asked.layout() != v1::PDSM_LAYOUT_UNSPECIFIED &&
+        PdsmLayout(asked.layout() - v1::PDSM_LAYOUT_INDEXED) != options.layout) {
+      return FieldError("method.pdsm.layout", v1::PdsmLayout_Name(asked.layout()) + "; " +
+                                                  v1::PdsmConstruction_Name(asked.construction()) + " makes " +
+                                                  (options.layout == PdsmLayout::kVolume ? "VOLUME" : "INDEXED"));
+    }
+  }
+  if (asked.filter() != v1::PDSM_FILTER_UNSPECIFIED) {
+    options.filter = PdsmFilter(asked.filter() - v1::PDSM_FILTER_NEAREST);
+  }
+  if (asked.soft_events()) return NotAvailable("method.pdsm.soft_events", "soft events");
+  if (asked.surface_only()) return NotAvailable("method.pdsm.surface_only", "a PDSM of surfaces alone");
+  return options;
+}
+
 absl::StatusOr<ShaftOptions> CheckShaft(const v1::ShaftOptions& asked) {
   ShaftOptions options;
   if (asked.has_rows()) {
@@ -156,6 +219,11 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
     }
     case v1::Method::kSsm: {
       ASSIGN_OR_RETURN(result->method, CheckSsm(method.ssm()));
+      result->method_reason = "asked for";
+      return absl::OkStatus();
+    }
+    case v1::Method::kPdsm: {
+      ASSIGN_OR_RETURN(result->method, CheckPdsm(method.pdsm()));
       result->method_reason = "asked for";
       return absl::OkStatus();
     }

@@ -28,6 +28,8 @@ Format Describe(GLenum format) {
       return {4, GL_DEPTH_COMPONENT, 1};
     case GL_R8:
       return {1, 0, 1};
+    case GL_RG16UI:
+      return {4, 0, 2};
     case GL_RGBA8:
     case GL_SRGB8_ALPHA8:
       return {4, 0, 4};

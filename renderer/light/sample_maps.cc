@@ -24,7 +24,7 @@ constexpr int kMapsUnit = kPlanesUnit + 1;
 absl::StatusOr<std::unique_ptr<SampleMaps>> SampleMaps::Create(const DrawContext& draw,
                                                                std::shared_ptr<const OccludersOnContext> occluders,
                                                                const AreaLight& light, std::vector<glm::dvec2> points,
-                                                               int map_size, uint64_t max_bytes) {
+                                                               int map_size, uint64_t max_bytes, Sides sides) {
   auto maps = std::make_unique<SampleMaps>();
   maps->occluders_ = std::move(occluders);
   maps->hull_ = maps->occluders_->hull();
@@ -34,7 +34,7 @@ absl::StatusOr<std::unique_ptr<SampleMaps>> SampleMaps::Create(const DrawContext
   const uint64_t map_bytes = 4ull * map_size * map_size;
   const int layers_that_fit = int(std::clamp<uint64_t>(kBatchBytes / map_bytes, 1, kMaxBatch));
   maps->layers_ = std::min(maps->point_count(), layers_that_fit);
-  for (int side = 0; side < 5; ++side) {
+  for (int side = sides == Sides::kAll ? 0 : 1; side < 5; ++side) {
     // The front batches come even without occluders: they count samples above the horizon.
     if (side > 0 && !maps->hull_.ReachesSide(side)) continue;
     const glm::dvec2 slope_per_texel = maps->SlopePerTexel(side);

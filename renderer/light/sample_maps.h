@@ -26,12 +26,17 @@ namespace halfshade {
 
 class SampleMaps : public LightData {
  public:
+  // kAllButFront: only what stands beyond the front window, for methods with a product of their own in it. Counts say
+  // nothing of the points above a receiver's plane then.
+  enum class Sides : uint8_t { kAll, kAllButFront };
+
   // Draws the maps (map_size texels a side). Where not all fit max_bytes, it keeps the occluders and as many batches of
   // maps as fit beside them; the rest are drawn in every resolve: the same pixels. `points` in the light's frame.
   static absl::StatusOr<std::unique_ptr<SampleMaps>> Create(const DrawContext& draw,
                                                             std::shared_ptr<const OccludersOnContext> occluders,
                                                             const AreaLight& light, std::vector<glm::dvec2> points,
-                                                            int map_size, uint64_t max_bytes);
+                                                            int map_size, uint64_t max_bytes,
+                                                            Sides sides = Sides::kAll);
 
   // RG32F [height][width]: how many points are hidden from each receiver, of how many above its tangent plane.
   absl::StatusOr<gl::Texture> CountHidden(const DrawContext& draw, const Receivers& receivers) const;

@@ -2,6 +2,7 @@
 #include "renderer/shadow/hard/hard.h"
 #include "renderer/shadow/multi_map/multi_map.h"
 #include "renderer/shadow/pcss/pcss.h"
+#include "renderer/shadow/pdsm/pdsm.h"
 #include "renderer/shadow/ray/ray.h"
 #include "renderer/shadow/shadow_method.h"
 #include "renderer/shadow/shaft/shaft.h"
@@ -15,9 +16,11 @@ const std::vector<RegisteredMethod>& MethodRegistry() {
   static const RayMethod ray;
   static const PcssMethod pcss;
   static const SsmMethod ssm;
+  static const PdsmMethod pdsm;
   static const ShaftMethod shaft;
   static const std::vector<RegisteredMethod> methods = {
-      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray}, {"pcss", &pcss}, {"ssm", &ssm}, {"shaft", &shaft}};
+      {"hard", &hard}, {"multi_map", &multi_map}, {"ray", &ray},    {"pcss", &pcss},
+      {"ssm", &ssm},   {"pdsm", &pdsm},           {"shaft", &shaft}};
   return methods;
 }
 

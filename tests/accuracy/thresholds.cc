@@ -10,6 +10,7 @@ const std::vector<MethodThresholds>& Thresholds() {
   static const std::string kLeaves = "many edges cross the light: the rate's factor is 1.4 there";
   static const std::string kDots = "dots where facets are smaller than a texel (renderer/light/README.md)";
   static const std::string kHalfTexels = "the half texel of 1024 that an edge may stand off";
+  static const std::string kSlice = "a shadow less than a slice behind its occluder is missed";
   static const std::vector<MethodThresholds> thresholds = {
       {"hard",
        {
@@ -85,6 +86,14 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S6", 0.2, {0.00062, 0.0059}, {0.0024, 0.026}, kDots},
            {"S7", 0.2, {0.00077, 0.01}, {0.0021, 0.065}, kDots},
            {"S8", 0.2, {0.002, 0.056}, {0.0019, 0.056}, kHalfTexels + "; slats cross every window"},
+       }},
+      {"pdsm",
+       {
+           {"S4", 0.05, {0.0005, 0}, {0.0005, 0}, kFineTexels},
+           {"S5", 0.2, {0, 0}, {0.016, 0.81}, "leaves on leaves: " + kSlice},
+           {"S6", 0.2, {0, 0}, {0.0024, 0.012}, "knobs on knobs: " + kSlice},
+           {"S7", 0.2, {0, 0}, {0.0033, 0.13}, "stones on stones: " + kSlice},
+           {"S8", 0.2, {0.0015, 0.69}, {0.0024, 0.72}, "the feet of posts: " + kSlice},
        }},
       {"ray", {{"S5", 0.2, {0.0027, 0}, {0.0021, 0}, kLeaves}}},
       {"pcss",

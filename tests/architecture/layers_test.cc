@@ -91,8 +91,9 @@ const std::vector<Foreign> kForeign = {
       "renderer/renderer.", "renderer/passes.", "renderer/prepare_light.", "renderer/query.", "renderer/warm_up.",
       "server/", "client/"}},
     {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
-    {{"tbb/"}, {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles"}},
-    {{"hwy/"}, {"renderer/shadow/ssm/gather", "renderer/shadow/shaft/"}},
+    {{"tbb/"},
+     {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles", "renderer/shadow/pdsm/"}},
+    {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/shaft/", "renderer/shadow/ssm/gather"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

@@ -370,7 +370,7 @@ TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {
   ASSERT_TRUE(v1::ServerService::NewStub(channel_)->GetServerInfo(&context, {}, &info).ok());
   EXPECT_EQ(info.limits().queue(), 2u);
   EXPECT_EQ(info.contexts(0).gl_renderer(), "fake");
-  EXPECT_THAT(info.methods(), testing::ElementsAre("hard", "multi_map", "ray", "pcss", "ssm", "shaft"));
+  EXPECT_THAT(info.methods(), testing::ElementsAre("hard", "multi_map", "ray", "pcss", "ssm", "pdsm", "shaft"));
 }
 
 TEST(HttpTest, ReadinessFollowsTheFlagAndLivenessDoesNot) {

@@ -144,7 +144,7 @@ TEST(ValidateRenderTest, EveryMethodThatIsNotThereIsUnimplementedByItsName) {
     v1::Method* method = request.mutable_method();
     method->GetReflection()->MutableMessage(method, field);
     const absl::Status status = CheckRenderFields(request, Limits());
-    const std::set<std::string> there = {"hard", "multi_map", "ray", "pcss", "ssm", "shaft"};
+    const std::set<std::string> there = {"hard", "multi_map", "ray", "pcss", "ssm", "pdsm", "shaft"};
     if (there.contains(field->name())) {
       EXPECT_OK(status);
     } else {

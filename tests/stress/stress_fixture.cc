@@ -12,6 +12,8 @@ namespace {
 const char kPlaneError[] =
     "what is not above a receiver's plane by 4 ulps and the plane's own error, 4 ulps of its distances to light and "
     "eye, hides nothing: 12 ulps, and they hold";
+const char kTexelWidth[] =
+    "a surface in a crease would shadow itself: what is nearer to a receiver than a map's texel is wide hides nothing";
 const char kOnePoint[] = "one point of the light makes no penumbra";
 
 }  // namespace
@@ -31,6 +33,9 @@ const std::map<std::string, std::string>& WhatMethodsCannot() {
       {"near planes, 4 ulps/shaft", kPlaneError},
       {"contact penumbra/hard", kOnePoint},
       {"parallel plate/hard", kOnePoint},
+      {"near planes/pdsm", kTexelWidth},
+      {"near planes, 4 ulps/pdsm", kTexelWidth},
+      {"contact penumbra/pdsm", "under three texels wide it is as much wider as its rays are interpolated"},
       {"lone solid/hard", "where its one point is below the horizon it says dark, though part of the light is above"},
       {"contact penumbra/ssm",
        "a sub-light's edge stands on a texel of its own: of four across, a penumbra of 5 may be a tenth narrower"},

@@ -1,0 +1,212 @@
+#include "renderer/shadow/pdsm/pdsm.h"
+
+#include <absl/strings/str_cat.h>
+#include <glad/gl.h>
+
+#include <algorithm>
+
+#include "renderer/gl/framebuffer.h"
+#include "renderer/gl/handles.h"
+#include "renderer/gl/texture.h"
+#include "renderer/light/fullscreen.h"
+#include "renderer/light/sample_maps.h"
+#include "renderer/light/sample_points.h"
+#include "renderer/shadow/pdsm/draw_sample_maps.h"
+#include "renderer/shadow/pdsm/event_builder.h"
+#include "renderer/shadow/pdsm/slice_builder.h"
+#include "renderer/status.h"
+
+namespace halfshade {
+namespace {
+
+// llvmpipe, two cores.
+constexpr double kResolveNanosecondsPerPixel = 60;
+constexpr double kResolveNanosecondsPerFunction = 20;
+constexpr double kResolveNanosecondsPerSample = 2;
+constexpr int kVolumeUnit = kPlanesUnit + 1;
+constexpr int kSideHiddenUnit = kPlanesUnit + 2;
+constexpr GLuint kPointsBinding = 1, kFirstBinding = 2, kVerticesBinding = 3;
+constexpr int kSlices = 64;
+
+struct PdsmData : LightData {
+  AreaLight light;
+  pdsm::Grid grid;
+  int point_count = 0;
+  gl::Buffer points;           // vec2 each, light frame
+  gl::Buffer first, vertices;  // PdsmLayout::kIndexed
+  gl::Texture volume;          // PdsmLayout::kVolume
+  uint64_t function_bytes = 0;
+  std::unique_ptr<SampleMaps> side_maps;  // beyond the front window; null: nothing is there
+  uint64_t SizeBytes() const override {
+    return function_bytes + point_count * sizeof(glm::vec2) + (side_maps == nullptr ? 0 : side_maps->SizeBytes());
+  }
+  uint64_t MapsDrawn() const override { return point_count + (side_maps == nullptr ? 0 : side_maps->MapsDrawn()); }
+  uint64_t MapsRedrawn() const override { return side_maps == nullptr ? 0 : side_maps->MapsRedrawn(); }
+};
+
+absl::Status StoreFunctions(const DrawContext& draw, const pdsm::AttenuationFunctions& functions, PdsmData& data) {
+  ASSIGN_OR_RETURN(data.first, gl::Buffer::Create(*draw.context, functions.first));
+  // A buffer is never empty.
+  ASSIGN_OR_RETURN(data.vertices, functions.vertices.empty()
+                                      ? gl::Buffer::Create(*draw.context, std::vector<pdsm::Vertex>(1))
+                                      : gl::Buffer::Create(*draw.context, functions.vertices));
+  data.function_bytes = functions.SizeBytes();
+  return absl::OkStatus();
+}
+
+absl::Status StoreVolume(const DrawContext& draw, const pdsm::SliceVolume& volume, PdsmData& data) {
+  const GladGLContext& gl = draw.context->gl();
+  const int slices = int(volume.depths.size());
+  ASSIGN_OR_RETURN(data.volume, gl::Texture::Create2DArray(*draw.context, GL_RG16UI, volume.size, volume.size, slices));
+  gl.PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+  gl.TextureSubImage3D(data.volume.id(), 0, 0, 0, 0, volume.size, volume.size, slices, GL_RG_INTEGER, GL_UNSIGNED_SHORT,
+                       volume.counts.data());
+  data.function_bytes = data.volume.SizeBytes();
+  return draw.context->Check("pdsm/volume");
+}
+
+absl::Status Build(const DrawContext& draw, const OccludersOnContext& occluders, const std::vector<glm::dvec2>& points,
+                   const PdsmOptions& options, PdsmData& data) {
+  if (options.construction == PdsmConstruction::kSlices) {
+    pdsm::SliceBuilder builder(data.grid, pdsm::EvenSlices(kSlices));
+    RETURN_IF_ERROR(pdsm::DrawSampleMaps(draw, occluders, data.grid, points, [&](const pdsm::SampleMap& map) {
+      builder.Add(map);
+      return absl::OkStatus();
+    }));
+    return StoreVolume(draw, builder.Finish(), data);
+  }
+  pdsm::EventBuilder builder(data.grid, options.construction == PdsmConstruction::kTraversal
+                                            ? pdsm::EventForm::kTraversal
+                                            : pdsm::EventForm::kScatter);
+  RETURN_IF_ERROR(pdsm::DrawSampleMaps(draw, occluders, data.grid, points,
+                                       [&](const pdsm::SampleMap& map) { return builder.Add(map); }));
+  return StoreFunctions(draw, builder.Finish(options.eps).functions, data);
+}
+
+int FilterWidth(PdsmFilter filter) {
+  switch (filter) {
+    case PdsmFilter::kNearest:
+      return 0;
+    case PdsmFilter::kBilinear:
+      return 1;
+    case PdsmFilter::kWide2:
+      return 2;
+    case PdsmFilter::kWide3:
+      return 3;
+  }
+  return 1;
+}
+
+constexpr const char* kConstructionNames[] = {"TRAVERSAL", "SCATTER", "SLICES"};
+constexpr const char* kLayoutNames[] = {"INDEXED", "VOLUME"};
+constexpr const char* kFilterNames[] = {"NEAREST", "BILINEAR", "WIDE2", "WIDE3"};
+
+}  // namespace
+
+MethodNeeds PdsmMethod::Needs(const MethodOptions& options, const SceneFacts&) const {
+  const auto& pdsm = std::get<PdsmOptions>(options);
+  // Of 60 spheres, k = 64, eps = .01 an indexed function has 29 vertices.
+  constexpr uint64_t kVerticesARay = 30;
+  const uint64_t bytes_a_ray = pdsm.layout == PdsmLayout::kVolume
+                                   ? kSlices * sizeof(pdsm::SliceCounts)
+                                   : sizeof(uint32_t) + kVerticesARay * sizeof(pdsm::Vertex);
+  return {.maps = uint32_t(pdsm.k),
+          .map_size = pdsm.map_size,
+          .light_data_bytes = bytes_a_ray * pdsm.pdsm_size * pdsm.pdsm_size};
+}
+
+absl::StatusOr<std::unique_ptr<LightData>> PdsmMethod::BuildLightData(const DrawContext& draw,
+                                                                      const LightInputs& inputs,
+                                                                      const MethodOptions& options) const {
+  const auto& pdsm = std::get<PdsmOptions>(options);
+  auto data = std::make_unique<PdsmData>();
+  data->light = inputs.light;
+  const std::vector<glm::dvec2> points = SobolLightPoints(inputs.light, pdsm.k, inputs.seed);
+  data->point_count = int(points.size());
+  ASSIGN_OR_RETURN(data->points,
+                   gl::Buffer::Create(*draw.context, std::vector<glm::vec2>(points.begin(), points.end())));
+  const OccluderHull& hull = inputs.occluders->hull();
+  data->grid = pdsm::GridOf(hull, glm::dvec2(inputs.light.width_m, inputs.light.height_m) / 2.0, points, pdsm.map_size,
+                            pdsm.pdsm_size);
+  RETURN_IF_ERROR(Build(draw, *inputs.occluders, points, pdsm, *data));
+  if (hull.NeedsSideWindows()) {
+    const uint64_t left = inputs.max_light_data_bytes - std::min(inputs.max_light_data_bytes, data->SizeBytes());
+    ASSIGN_OR_RETURN(data->side_maps, SampleMaps::Create(draw, inputs.occluders, inputs.light, points, pdsm.map_size,
+                                                         left, SampleMaps::Sides::kAllButFront));
+  }
+  return data;
+}
+
+std::string PdsmMethod::LightDataOptions(const MethodOptions& options) const {
+  std::string text;
+  for (const auto& [name, value] : DescribeOptions(options)) {
+    if (name != "filter") text += name + "=" + value + " ";
+  }
+  return text;
+}
+
+absl::StatusOr<OcclusionSum> PdsmMethod::ResolveOcclusion(const DrawContext& draw, const LightData& light_data,
+                                                          const Receivers& receivers,
+                                                          const MethodOptions& options) const {
+  const auto& data = static_cast<const PdsmData&>(light_data);
+  const auto& pdsm = std::get<PdsmOptions>(options);
+  const GladGLContext& gl = draw.context->gl();
+  gl::Texture side_hidden;
+  if (data.side_maps != nullptr) {
+    ASSIGN_OR_RETURN(side_hidden, data.side_maps->CountHidden(draw, receivers));
+  }
+  ASSIGN_OR_RETURN(gl::Texture sums, gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
+  ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&sums}));
+  const bool is_volume = pdsm.layout == PdsmLayout::kVolume;
+  ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("common/fullscreen.vert", "pdsm/resolve.frag",
+                                                             {is_volume ? "HAS_VOLUME" : "HAS_FUNCTIONS"}));
+  framebuffer.Bind();
+  gl.Viewport(0, 0, receivers.width, receivers.height);
+  gl.Disable(GL_DEPTH_TEST);
+  gl.Disable(GL_BLEND);
+  program->Use();
+  SetReceivers(*program, receivers, data.light);
+  gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kPointsBinding, data.points.id());
+  if (is_volume) {
+    data.volume.Bind(kVolumeUnit);
+  } else {
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kFirstBinding, data.first.id());
+    gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, kVerticesBinding, data.vertices.id());
+  }
+  if (side_hidden) side_hidden.Bind(kSideHiddenUnit);
+  const int width = FilterWidth(pdsm.filter);
+  program->Set("volume", kVolumeUnit);
+  program->Set("slices", kSlices);
+  program->Set("side_hidden", side_hidden ? kSideHiddenUnit : kPlanesUnit);
+  program->Set("has_sides", int(bool(side_hidden)));
+  program->Set("pdsm_size", data.grid.size);
+  program->Set("first_center", glm::vec2(data.grid.corner + 0.5 * data.grid.texel));
+  program->Set("slope_per_ray", glm::vec2(data.grid.texel));
+  program->Set("slope_per_texel", glm::vec2(data.grid.MapTexel()));
+  program->Set("z_near", float(data.grid.z_near));
+  program->Set("half_edges", glm::vec2(data.light.width_m / 2, data.light.height_m / 2));
+  program->Set("point_count", data.point_count);
+  program->Set("filter_width", width);
+  const double functions = (width + 1) * (width + 1);
+  RETURN_IF_ERROR(DrawFullscreen(draw, receivers.width, receivers.height,
+                                 kResolveNanosecondsPerPixel + kResolveNanosecondsPerFunction * functions +
+                                     kResolveNanosecondsPerSample * data.point_count));
+  RETURN_IF_ERROR(draw.context->Check("pdsm"));
+  OcclusionSum result;
+  result.sums = std::move(sums);
+  result.full_sum = 0;
+  return result;
+}
+
+std::vector<std::pair<std::string, std::string>> PdsmMethod::DescribeOptions(const MethodOptions& options) const {
+  const auto& pdsm = std::get<PdsmOptions>(options);
+  return {{"k", std::to_string(pdsm.k)},
+          {"map_size", std::to_string(pdsm.map_size)},
+          {"pdsm_size", std::to_string(pdsm.pdsm_size)},
+          {"eps", absl::StrCat(pdsm.eps)},
+          {"construction", kConstructionNames[int(pdsm.construction)]},
+          {"layout", kLayoutNames[int(pdsm.layout)]},
+          {"filter", kFilterNames[int(pdsm.filter)]}};
+}
+
+}  // namespace halfshade

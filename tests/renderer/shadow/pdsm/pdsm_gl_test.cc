@@ -1,0 +1,207 @@
+// PDSM on maps that GL draws: its forms against each other, and its pictures against closed forms and other methods.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <tuple>
+
+#include "renderer/light/sample_points.h"
+#include "renderer/scene/pose.h"
+#include "renderer/shadow/pdsm/draw_sample_maps.h"
+#include "renderer/shadow/pdsm/events.h"
+#include "tests/support/closed_forms.h"
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/render_fixture.h"
+#include "tests/support/scene_makers.h"
+
+namespace halfshade {
+namespace {
+
+using pdsm::Event;
+using pdsm::EventKind;
+
+struct Drawn {
+  pdsm::Grid grid;
+  std::vector<pdsm::SampleMap> maps;
+};
+
+Drawn Draw(const MadeScene& made, int k, int size) {
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  const AreaLight light = RequestFor(made).lights[0];
+  gl::ProgramCache programs(&TestContext());
+  gl::Pacer pacer(TestContext(), [] { return absl::OkStatus(); });
+  const DrawContext draw = {&TestContext(), &programs, &pacer};
+  const auto pose = BuildPose(scene, 0, {});
+  const auto on_context = SceneOnContext::Create(draw, scene);
+  const auto occluders =
+      OccludersOnContext::Create(draw, scene, **on_context, BuildLightSpaceOccluders(scene, *pose, light));
+  const std::vector<glm::dvec2> points = SobolLightPoints(light, k, 0);
+  Drawn drawn;
+  drawn.grid = pdsm::GridOf((*occluders)->hull(), glm::dvec2(light.width_m, light.height_m) / 2.0, points, size, size);
+  EXPECT_OK(pdsm::DrawSampleMaps(draw, **occluders, drawn.grid, points, [&](const pdsm::SampleMap& map) {
+    drawn.maps.push_back(map);
+    return absl::OkStatus();
+  }));
+  return drawn;
+}
+
+using EventKey = std::tuple<int, int, float, bool, EventKind, int, int>;
+EventKey KeyOf(const Event& event) {
+  return {event.ray.x, event.ray.y, event.depth, event.is_entry, event.kind, event.texel.x, event.texel.y};
+}
+
+TEST(PdsmMapsTest, OfDrawnMapsToScatterFindsTheEventsOfTraversal) {
+  for (const auto& [name, seed] : {std::pair{"S2", 0u}, {"S3", 0u}, {"S5", 0u}, {"S5", 1u}, {"S5", 2u}}) {
+    const Drawn drawn = Draw(MakeScene(name, {.seed = seed, .light_share = 0.5}), 4, 128);
+    for (const pdsm::SampleMap& map : drawn.maps) {
+      const pdsm::SamplePath path = pdsm::MakePath(drawn.grid, map.point, map.corner);
+      std::vector<EventKey> traversed, scattered;
+      for (int row = 0; row < drawn.grid.size; ++row) {
+        pdsm::TraverseRow(drawn.grid, map, path, row, [&](const Event& event) { traversed.push_back(KeyOf(event)); });
+      }
+      const pdsm::TexelSteps steps(drawn.grid, map, path);
+      for (int row = 0; row <= drawn.grid.map_size; ++row) {
+        steps.ScatterRow(row, [&](const Event& event) { scattered.push_back(KeyOf(event)); });
+      }
+      ASSERT_GT(traversed.size(), 1000) << name;
+      std::sort(traversed.begin(), traversed.end());
+      std::sort(scattered.begin(), scattered.end());
+      ASSERT_EQ(traversed, scattered) << name << ", seed " << seed;
+    }
+  }
+}
+
+TEST(PdsmMapsTest, EveryMapHoldsItsOccludersInsideAnEmptyBorder) {
+  for (const char* name : {"S2", "S5"}) {
+    const Drawn drawn = Draw(MakeScene(name, {.light_share = 0.5}), 4, 128);
+    const int size = drawn.grid.map_size;
+    for (const pdsm::SampleMap& map : drawn.maps) {
+      EXPECT_GT(*std::max_element(map.depths.begin(), map.depths.end()), 0);
+      for (int i = 0; i < size; ++i) {
+        for (const int at : {i, i * size, (size - 1) * size + i, i * size + size - 1}) ASSERT_EQ(map.depths[at], 0);
+      }
+    }
+  }
+}
+
+// The plate of PlateTest: edge .8 at height 1 over a plane, a square light of edge .4 at height 2.
+class PdsmPlateTest : public testing::Test {
+ protected:
+  PdsmPlateTest() : scene_(MakeFlatScene({MakePlate({0, 1, 0}, 0.8, 0.8)})) {
+    request_.ground = Ground{0.0008, 8};  // 1e-4 of its size lower, and no occluder
+    request_.camera = LookDown(0.5, 3.2);
+    request_.width = request_.height = kPixels;
+    request_.lights = {LightAbove(2, 0.4)};
+  }
+  // Mean error over the shadow, and the largest change between neighbours along the middle row.
+  std::pair<double, double> Errors(const PdsmOptions& options) {
+    request_.method = options;
+    const Image v = RenderVisibility(scene_, request_);
+    double sum = 0, step = 0;
+    int shadowed = 0;
+    for (int y = 0; y < kPixels; ++y) {
+      for (int x = 0; x < kPixels; ++x) {
+        const glm::dvec3 receiver(((x + 0.5) / kPixels - 0.5) * 3.2, ((y + 0.5) / kPixels - 0.5) * 3.2, 2);
+        const double truth = VisibilityBehindPlate({0.2, 0.2}, {0, 0, 1}, {0.4, 0.4}, receiver);
+        if (truth >= 1 - 1.0 / 512) continue;
+        sum += std::abs(v.at(x, y, 0) - truth);
+        ++shadowed;
+      }
+    }
+    for (int x = 1; x < kPixels; ++x) {
+      step = std::max(step, double(std::abs(v.at(x, kPixels / 2, 0) - v.at(x - 1, kPixels / 2, 0))));
+    }
+    EXPECT_GT(shadowed, 1000);
+    return {sum / shadowed, step};
+  }
+  static constexpr int kPixels = 128;
+  FlatScene scene_;
+  RenderRequest request_;
+};
+
+TEST_F(PdsmPlateTest, EveryLayoutAndConstructionIsWithinItsBound) {
+  struct Row {
+    const char* name;
+    PdsmConstruction construction;
+    PdsmLayout layout;
+  };
+  for (const Row& row : {Row{"traversal", PdsmConstruction::kTraversal, PdsmLayout::kIndexed},
+                         Row{"scatter", PdsmConstruction::kScatter, PdsmLayout::kIndexed},
+                         Row{"slices, volume", PdsmConstruction::kSlices, PdsmLayout::kVolume}}) {
+    PdsmOptions options = {.k = 64, .map_size = 256, .pdsm_size = 256};
+    options.construction = row.construction;
+    options.layout = row.layout;
+    const double error = Errors(options).first;
+    std::printf("%s: mae_shadowed %.5f\n", row.name, error);
+    // .003 of 64 samples and of maps of 256, a quarter of their texel's slope; and half of compression's bound, or a
+    // thousandth between slices.
+    EXPECT_LE(error, row.layout == PdsmLayout::kIndexed ? 0.008 : 0.004) << row.name;
+  }
+}
+
+TEST_F(PdsmPlateTest, EveryFilterIsWithinItsBoundAndWiderOnesAreSmoother) {
+  double step_before = 1;
+  for (const PdsmFilter filter :
+       {PdsmFilter::kNearest, PdsmFilter::kBilinear, PdsmFilter::kWide2, PdsmFilter::kWide3}) {
+    // A coarse PDSM, so that its texels are wider than pixels.
+    const auto [error, step] = Errors({.k = 64, .map_size = 64, .pdsm_size = 64, .filter = filter});
+    std::printf("filter %d: mae_shadowed %.5f, largest step %.3f\n", int(filter), error, step);
+    EXPECT_LE(error, filter == PdsmFilter::kBilinear ? 0.008 : 0.02);
+    EXPECT_LT(step, step_before);
+    step_before = step;
+  }
+}
+
+TEST_F(PdsmPlateTest, APointLightsShadowIsHardButOneTexelAroundItsEdge) {
+  request_.lights = {LightAbove(2, 0)};
+  for (const PdsmLayout layout : {PdsmLayout::kVolume, PdsmLayout::kIndexed}) {
+    PdsmOptions options = {.k = 4, .map_size = 256, .pdsm_size = 256, .filter = PdsmFilter::kNearest};
+    options.layout = layout;
+    if (layout == PdsmLayout::kIndexed) options.construction = PdsmConstruction::kScatter;
+    request_.method = options;
+    const Image v = RenderVisibility(scene_, request_);
+    request_.method = HardOptions{256};
+    const Image hard = RenderVisibility(scene_, request_);
+    int different = 0;
+    for (size_t i = 0; i < v.size(); ++i) {
+      ASSERT_TRUE(v.data()[i] == 0 || v.data()[i] == 1);
+      different += v.data()[i] != hard.data()[i];
+    }
+    // The square's edge is 4 x 64 pixels long; texels of both are a quarter of a pixel wide.
+    EXPECT_LE(different, 4 * 64 / 4);
+    EXPECT_GT(std::count(v.data(), v.data() + v.size(), 0.0f), 3000);
+  }
+}
+
+TEST(PdsmTest, OfSelfShadowingSolidsItIsAboutAsGoodAsItsMaps) {
+  for (const char* name : {"S2", "S3"}) {
+    const MadeScene made = MakeScene(name, {.light_share = 0.2});
+    const FlatScene scene = MakeFlatScene(made.meshes);
+    RenderRequest request = RequestFor(made);
+    request.width = 160;
+    request.height = 90;
+    request.method = RayOptions{1024};
+    const Image truth = RenderVisibility(scene, request);
+    const auto error_of = [&](const MethodOptions& method) {
+      request.method = method;
+      const Image v = RenderVisibility(scene, request);
+      double sum = 0;
+      int shadowed = 0;
+      for (size_t i = 0; i < v.size(); ++i) {
+        if (truth.data()[i] >= 1 - 1.0f / 512) continue;
+        sum += std::abs(v.data()[i] - truth.data()[i]);
+        ++shadowed;
+      }
+      EXPECT_GT(shadowed, 500);
+      return sum / shadowed;
+    };
+    const double maps = error_of(MultiMapOptions{64, 512});
+    const double volume = error_of(PdsmOptions{});
+    std::printf("%s: multi_map %.5f, pdsm %.5f\n", name, maps, volume);
+    EXPECT_LE(volume, 1.1 * maps + 0.001) << name;  // A tenth over: no worse than its maps; a thousandth of noise
+  }
+}
+
+}  // namespace
+}  // namespace halfshade
