@@ -167,7 +167,6 @@ TEST_P(EveryMethodTest, AValleyThatIsOpenToTheLightHasNoAcneAtItsCrease) {
 // Contact: the foot of a thin wall keeps its shadow up to the wall, but for the half texel that any map may move an
 // edge.
 TEST_P(EveryMethodTest, AShadowBeginsWithinATexelOfTheWallThatCastsIt) {
-  if (GetParam().name == "pdsm") GTEST_SKIP() << "begins within a slice, 62 mm of depth here";
   for (const double gap : {0.0, 1e-7, 1e-4}) {
     const FlatScene scene =
         MakeFlatScene({MakeBox({-0.005, 0.5 + gap, 0}, {0.01, 1, 2}), MakePlate({0.5, 0, 0}, 2.001, 2.001)});
@@ -188,6 +187,11 @@ TEST_P(EveryMethodTest, AShadowBeginsWithinATexelOfTheWallThatCastsIt) {
       leak_m = std::max(leak_m, leak);
     }
     std::printf("%s: gap %.0e: light leaks over %.2f mm\n", GetParam().name.c_str(), gap, 1000 * leak_m);
+    if (GetParam().name == "pdsm") {
+      // Its shadows begin within a slice, which is 62 mm of depth here (pdsm/README.md).
+      EXPECT_GT(leak_m, 0.012) << "holds now: pdsm is no exception any more";
+      continue;
+    }
     EXPECT_LE(leak_m, 0.012);
   }
 }
