@@ -13,7 +13,8 @@ namespace {
 constexpr double kWidth = 560, kHeight = 360;
 constexpr double kLeft = 64, kRight = 130, kTop = 12, kBottom = 44;
 // Distinct on white, also for the color-blind (Okabe and Ito 2008).
-constexpr const char* kColors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
+constexpr const char* kColors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                   "#e69f00", "#56b4e9", "#000000", "#999933"};
 
 bool CanBeDrawn(const PlotPoint& point) { return point.x > 0 && point.y > 0; }
 

@@ -27,9 +27,13 @@ constexpr int kVolumeUnit = kPlanesUnit + 1;
 constexpr int kSideHiddenUnit = kPlanesUnit + 2;
 constexpr GLuint kPointsBinding = 1, kFirstBinding = 2, kVerticesBinding = 3;
 constexpr int kSlices = 64;
+constexpr const char* kConstructionNames[] = {"TRAVERSAL", "SCATTER", "SLICES"};
+constexpr const char* kLayoutNames[] = {"INDEXED", "VOLUME"};
 
 struct PdsmData : LightData {
   AreaLight light;
+  PdsmConstruction construction = PdsmConstruction::kSlices;
+  PdsmLayout layout = PdsmLayout::kVolume;
   pdsm::Grid grid;
   int point_count = 0;
   gl::Buffer points;           // vec2 each, light frame
@@ -42,6 +46,9 @@ struct PdsmData : LightData {
   }
   uint64_t MapsDrawn() const override { return point_count + (side_maps == nullptr ? 0 : side_maps->MapsDrawn()); }
   uint64_t MapsRedrawn() const override { return side_maps == nullptr ? 0 : side_maps->MapsRedrawn(); }
+  std::vector<std::pair<std::string, std::string>> ChosenOptions() const override {
+    return {{"construction", kConstructionNames[int(construction)]}, {"layout", kLayoutNames[int(layout)]}};
+  }
 };
 
 absl::Status StoreFunctions(const DrawContext& draw, const pdsm::AttenuationFunctions& functions, PdsmData& data) {
@@ -66,8 +73,8 @@ absl::Status StoreVolume(const DrawContext& draw, const pdsm::SliceVolume& volum
 }
 
 absl::Status Build(const DrawContext& draw, const OccludersOnContext& occluders, const std::vector<glm::dvec2>& points,
-                   const PdsmOptions& options, PdsmData& data) {
-  if (options.construction == PdsmConstruction::kSlices) {
+                   float eps, PdsmData& data) {
+  if (data.construction == PdsmConstruction::kSlices) {
     pdsm::SliceBuilder builder(data.grid, pdsm::EvenSlices(kSlices));
     RETURN_IF_ERROR(pdsm::DrawSampleMaps(draw, occluders, data.grid, points, [&](const pdsm::SampleMap& map) {
       builder.Add(map);
@@ -75,12 +82,11 @@ absl::Status Build(const DrawContext& draw, const OccludersOnContext& occluders,
     }));
     return StoreVolume(draw, builder.Finish(), data);
   }
-  pdsm::EventBuilder builder(data.grid, options.construction == PdsmConstruction::kTraversal
-                                            ? pdsm::EventForm::kTraversal
-                                            : pdsm::EventForm::kScatter);
+  pdsm::EventBuilder builder(data.grid, data.construction == PdsmConstruction::kTraversal ? pdsm::EventForm::kTraversal
+                                                                                          : pdsm::EventForm::kScatter);
   RETURN_IF_ERROR(pdsm::DrawSampleMaps(draw, occluders, data.grid, points,
                                        [&](const pdsm::SampleMap& map) { return builder.Add(map); }));
-  return StoreFunctions(draw, builder.Finish(options.eps).functions, data);
+  return StoreFunctions(draw, builder.Finish(eps).functions, data);
 }
 
 int FilterWidth(PdsmFilter filter) {
@@ -97,8 +103,6 @@ int FilterWidth(PdsmFilter filter) {
   return 1;
 }
 
-constexpr const char* kConstructionNames[] = {"TRAVERSAL", "SCATTER", "SLICES"};
-constexpr const char* kLayoutNames[] = {"INDEXED", "VOLUME"};
 constexpr const char* kFilterNames[] = {"NEAREST", "BILINEAR", "WIDE2", "WIDE3"};
 
 }  // namespace
@@ -128,7 +132,14 @@ absl::StatusOr<std::unique_ptr<LightData>> PdsmMethod::BuildLightData(const Draw
   const OccluderHull& hull = inputs.occluders->hull();
   data->grid = pdsm::GridOf(hull, glm::dvec2(inputs.light.width_m, inputs.light.height_m) / 2.0, points, pdsm.map_size,
                             pdsm.pdsm_size);
-  RETURN_IF_ERROR(Build(draw, *inputs.occluders, points, pdsm, *data));
+  data->construction = pdsm.construction;
+  data->layout = pdsm.layout;
+  // Occluders beside the light stand at d = 1, and a whole room in the few slices next to 0: only functions hold both.
+  if (hull.NeedsSideWindows() && pdsm.layout == PdsmLayout::kVolume) {
+    data->construction = PdsmConstruction::kScatter;
+    data->layout = PdsmLayout::kIndexed;
+  }
+  RETURN_IF_ERROR(Build(draw, *inputs.occluders, points, pdsm.eps, *data));
   if (hull.NeedsSideWindows()) {
     const uint64_t left = inputs.max_light_data_bytes - std::min(inputs.max_light_data_bytes, data->SizeBytes());
     ASSIGN_OR_RETURN(data->side_maps, SampleMaps::Create(draw, inputs.occluders, inputs.light, points, pdsm.map_size,
@@ -157,7 +168,7 @@ absl::StatusOr<OcclusionSum> PdsmMethod::ResolveOcclusion(const DrawContext& dra
   }
   ASSIGN_OR_RETURN(gl::Texture sums, gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
   ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw.context, {&sums}));
-  const bool is_volume = pdsm.layout == PdsmLayout::kVolume;
+  const bool is_volume = data.layout == PdsmLayout::kVolume;
   ASSIGN_OR_RETURN(gl::Program * program, draw.programs->Get("common/fullscreen.vert", "pdsm/resolve.frag",
                                                              {is_volume ? "HAS_VOLUME" : "HAS_FUNCTIONS"}));
   framebuffer.Bind();
@@ -200,12 +211,13 @@ absl::StatusOr<OcclusionSum> PdsmMethod::ResolveOcclusion(const DrawContext& dra
 
 std::vector<std::pair<std::string, std::string>> PdsmMethod::DescribeOptions(const MethodOptions& options) const {
   const auto& pdsm = std::get<PdsmOptions>(options);
+  const bool is_chosen = pdsm.layout == PdsmLayout::kVolume;  // by where the occluders stand (BuildLightData)
   return {{"k", std::to_string(pdsm.k)},
           {"map_size", std::to_string(pdsm.map_size)},
           {"pdsm_size", std::to_string(pdsm.pdsm_size)},
           {"eps", absl::StrCat(pdsm.eps)},
-          {"construction", kConstructionNames[int(pdsm.construction)]},
-          {"layout", kLayoutNames[int(pdsm.layout)]},
+          {"construction", is_chosen ? kChosen : kConstructionNames[int(pdsm.construction)]},
+          {"layout", is_chosen ? kChosen : kLayoutNames[int(pdsm.layout)]},
           {"filter", kFilterNames[int(pdsm.filter)]}};
 }
 

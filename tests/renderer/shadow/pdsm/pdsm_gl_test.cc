@@ -203,5 +203,35 @@ TEST(PdsmTest, OfSelfShadowingSolidsItIsAboutAsGoodAsItsMaps) {
   }
 }
 
+// A room around light and camera: what is nearest to the light's plane is beside it, and slices of even depth would
+// hold everything else in one or two.
+TEST(PdsmTest, InARoomFunctionsTakeThePlaceOfSlices) {
+  const FlatScene scene = MakeFlatScene(
+      {MakePlate({0, 0, 0}, 4, 4), MakeBox({-1.6, 1.5, 0}, {0.1, 3, 3}), MakeBox({0.3, 0.4, 0.1}, {0.5, 0.8, 0.5})});
+  RenderRequest request;
+  request.camera = LookFrom({1.6, 2.4, 2.6}, {0, 0.3, 0});
+  request.width = request.height = 96;
+  request.lights = {LightAbove(2.8, 0.8)};
+  request.method = RayOptions{1024};
+  const Image truth = RenderVisibility(scene, request);
+  request.method = PdsmOptions{};
+  RenderReport report;
+  const Image v = RenderVisibility(scene, request, &report);
+  ASSERT_EQ(v.size(), truth.size());
+  double error = 0;
+  int shadowed = 0;
+  for (size_t i = 0; i < v.size(); ++i) {
+    if (truth.data()[i] >= 1 - 1.0f / 512) continue;
+    error += std::abs(v.data()[i] - truth.data()[i]);
+    ++shadowed;
+  }
+  std::printf("room: mae_shadowed %.4f over %d pixels\n", error / shadowed, shadowed);
+  EXPECT_GT(shadowed, 500);
+  EXPECT_LE(error / shadowed, 0.02) << "64 samples, and maps of 512 over half of the space";
+  std::string layout;
+  for (const auto& [name, value] : report.options) layout = name == "layout" ? value : layout;
+  EXPECT_EQ(layout, "INDEXED");
+}
+
 }  // namespace
 }  // namespace halfshade
