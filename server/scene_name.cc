@@ -13,7 +13,7 @@ constexpr char kPrefix[] = "scenes/";
 
 std::string SceneManifest(const std::string& root_digest, const std::map<std::string, std::string>& files) {
   std::string text = root_digest + "\n";
-  for (const auto& [uri, digest] : files) text += digest + " " + uri + "\n";
+  for (const auto& [uri, digest] : files) text.append(digest).append(" ").append(uri).append("\n");
   return text;
 }
 

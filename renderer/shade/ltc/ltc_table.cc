@@ -22,7 +22,7 @@ double LtcCosine(int column) {
 }
 
 const std::array<LtcEntry, std::size_t{kLtcSize} * kLtcSize>& LtcTable() {
-  static const std::array<LtcEntry, kLtcSize* kLtcSize> table = {{
+  static const std::array<LtcEntry, std::size_t{kLtcSize}* kLtcSize> table = {{
 #include "renderer/shade/ltc/ltc_table.inc"
   }};
   return table;
@@ -33,7 +33,7 @@ LtcEntry InterpolateLtc(double roughness, double cosine) {
   const double c = std::sqrt(1 - std::clamp(cosine, 0.0, 1.0)) * (kLtcSize - 1);
   const int row = std::min(int(r), kLtcSize - 2);
   const int column = std::min(int(c), kLtcSize - 2);
-  const LtcEntry* corner = &LtcTable()[size_t(kLtcSize * row + column)];
+  const LtcEntry* corner = &LtcTable()[size_t{kLtcSize} * size_t(row) + size_t(column)];
   return Mix(Mix(corner[0], corner[1], c - column), Mix(corner[kLtcSize], corner[kLtcSize + 1], c - column), r - row);
 }
 
