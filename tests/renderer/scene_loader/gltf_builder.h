@@ -63,4 +63,16 @@ struct GltfBuilder {
   }
 };
 
+// Corners of all triangles in object space.
+inline std::vector<glm::dvec3> Corners(const FlatScene& scene) {
+  std::vector<glm::dvec3> corners;
+  for (const Mesh& mesh : scene.meshes) {
+    for (uint32_t i = 0; i < mesh.index_count; ++i) {
+      corners.push_back(mesh.origin +
+                        glm::dvec3(scene.positions[mesh.first_vertex + scene.indices[mesh.first_index + i]]));
+    }
+  }
+  return corners;
+}
+
 }  // namespace halfshade
