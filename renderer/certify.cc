@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <random>
+#include <string>
 
 #include "renderer/light/trace_light.h"
 #include "renderer/status.h"
@@ -159,6 +160,20 @@ Certificate EstimateError(const std::vector<CertifiedPixel>& pixels, uint32_t se
   certificate.ci95 =
       std::max(Quantile(errors, 0.975) - *certificate.measured, *certificate.measured - Quantile(crossings, 0.025));
   return certificate;
+}
+
+void ReportCertificate(const Certificate& certificate, RenderReport& report) {
+  PassReport& pass = report.passes.emplace_back(PassReport{.name = "certificate", .count = certificate.shadowed});
+  if (!certificate.measured) {
+    pass.reason = certificate.pixels == 0 ? "no pixel faces a light" : "rays see no shadow at any of the pixels";
+    return;
+  }
+  report.error.measured = certificate.measured;
+  report.error.ci95 = certificate.ci95;
+  report.error.noise = certificate.noise;
+  pass.reason = std::to_string(certificate.shadowed) + " of " + std::to_string(certificate.pixels) +
+                " pixels are in shadow; rmse_all " + std::to_string(certificate.rmse_all);
+  if (certificate.IsLimitedByNoise()) pass.reason += "; limited by noise: more rays would tell more";
 }
 
 }  // namespace halfshade

@@ -65,4 +65,7 @@ struct Certificate {
 
 Certificate EstimateError(const std::vector<CertifiedPixel>& pixels, uint32_t seed);
 
+// Into report.error, and what has no field there into a pass "certificate", which counts the shadowed.
+void ReportCertificate(const Certificate& certificate, RenderReport& report);
+
 }  // namespace halfshade

@@ -9,8 +9,9 @@
 #include <glm/glm.hpp>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
+
+#include "renderer/method_options.h"
 
 namespace halfshade {
 
@@ -62,88 +63,6 @@ struct NodeOverride {
   bool casts = true;                // hides light, drawn or not
   bool receives = true;             // gets shadows; where not, v = 1 and no horizon
 };
-
-struct HardOptions {
-  int map_size = 2048;  // texels a side, 16..8192
-};
-struct MultiMapOptions {
-  int k = 64;           // maps, 1..4096
-  int map_size = 1024;  // texels a side, 16..8192
-};
-struct RayOptions {
-  int rays = 256;  // at each receiver, 1..65536; the most, where adaptive
-  bool is_adaptive = false;
-  float stop_error = 0.005f;  // of adaptive rays, in (0, 1)
-};
-enum class FilterWeights : uint8_t {
-  kMean,      // a rectangular light
-  kGaussian,  // as wide in its deviation: a disc light
-};
-struct PcssOptions {
-  int map_size = 1024;   // texels a side, 16..8192
-  int blocker_taps = 7;  // a side of the blocker search, odd, 1..63
-  int filter_taps = 15;  // a side of the filter, odd, 1..127
-  FilterWeights weights = FilterWeights::kMean;
-  bool skips = true;  // tiles that a min/max pyramid proves lit or dark; the same bits either way
-};
-enum class SsmResolve : uint8_t {
-  kPixels,  // at the receivers themselves
-  kMap,     // in a soft shadow map, projected with bilinear filtering (the paper)
-};
-enum class SsmAccumulation : uint8_t {
-  kBinned,   // depth-binned summed-area tables
-  kScatter,  // additive blending of penumbra extents (the paper)
-};
-enum class SsmBlend : uint8_t { kFp32, kFp16, kFp16Batched };  // of kScatter
-struct SsmOptions {
-  int occluder_map_size = 0;  // patches a side, 16..1024; 0: chosen
-  SsmResolve resolve = SsmResolve::kPixels;
-  int passes = 0;  // occluder layers: 1, or 2 with the furthest surfaces; 0: chosen
-  SsmAccumulation accumulation = SsmAccumulation::kBinned;
-  SsmBlend blend = SsmBlend::kFp32;
-  int sub_lights = 0;             // along each edge of the light, 1..8; 0: chosen
-  int bins = 4;                   // slabs of depth of kBinned, 1..16
-  bool measures_coverage = true;  // of each patch, by four texels
-};
-enum class PdsmConstruction : uint8_t {
-  kTraversal,  // Algorithm 1 of the paper
-  kScatter,    // the same events, sent from the maps' texels
-  kSlices,     // exact at some depths, straight between
-};
-enum class PdsmLayout : uint8_t {
-  kIndexed,  // compressed functions
-  kVolume,   // slices; of construction kSlices alone
-};
-enum class PdsmFilter : uint8_t { kNearest, kBilinear, kWide2, kWide3 };
-struct PdsmOptions {
-  int k = 64;           // samples of the light, 4..256
-  int map_size = 512;   // texels a side of each sample's map, at most; 16..8192
-  int pdsm_size = 512;  // rays a side, 16..4096
-  float eps = 0.01f;    // of compression, 1/(2k)...5
-  PdsmConstruction construction = PdsmConstruction::kSlices;
-  PdsmLayout layout = PdsmLayout::kVolume;
-  PdsmFilter filter = PdsmFilter::kBilinear;
-};
-enum class SssmThresholds : uint8_t {
-  kRelative,  // fractions of the receiver's depth from the light
-  kAbsolute,  // metres
-};
-struct SssmOptions {
-  int map_size = 1024;   // texels a side, 16..8192
-  int blocker_taps = 7;  // a side of the blocker search, odd, 1..63
-  int filter_taps = 15;  // a side of the filter, odd, 1..127
-  FilterWeights weights = FilterWeights::kGaussian;
-  bool skips = true;    // tiles that a min/max pyramid proves lit or dark; the same bits either way
-  float alpha = 0.10f;  // rows of blockers are shared below this difference of depth, 0..1e6; 0: none
-  float beta = 0.10f;   // blurred rows, likewise
-  SssmThresholds thresholds = SssmThresholds::kRelative;
-  int sub_lights = 1;  // cells along each edge of the light, with a map each, 1..8
-};
-struct ShaftOptions {
-  int rows = 16;  // of 32 samples of the light each: 8, 16, 32 or 64
-};
-using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions,
-                                   SssmOptions, ShaftOptions>;
 
 enum class OutputKind : uint8_t {
   // [h][w][4] linear RGB (exposed, tone-mapped, before sRGB) over the background, and coverage; with a shadow catcher

@@ -29,6 +29,8 @@ constexpr size_t kMaxLevels = 12;  // of light/windows.glsl: 2^11 squares of 4 t
 
 }  // namespace
 
+const char* WeightsName(FilterWeights weights) { return weights == FilterWeights::kMean ? "MEAN" : "GAUSSIAN"; }
+
 absl::StatusOr<std::unique_ptr<CenterMap>> CenterMap::Create(const DrawContext& draw,
                                                              std::shared_ptr<const OccludersOnContext> occluders,
                                                              const AreaLight& light, const AreaLight& cell,

@@ -32,6 +32,9 @@ struct WindowTaps {
   FilterWeights weights = FilterWeights::kMean;
 };
 
+// "MEAN", "GAUSSIAN": enum values of the wire, for reports.
+const char* WeightsName(FilterWeights weights);
+
 class CenterMap : public LightData {
  public:
   // `cell`: `light`, in whose frame the occluders are, or a part of it in the same plane.

@@ -35,6 +35,14 @@ SubLights MakeSubLights(const AreaLight& light, int q) {
   return cells;
 }
 
+AreaLight SubLight(const AreaLight& light, const SubLights& cells, size_t index) {
+  AreaLight cell = light;
+  cell.width_m = 2 * cells.half_edges.x;
+  cell.height_m = 2 * cells.half_edges.y;
+  cell.center_ws += light.axis_u_ws * cells.centers[index].x + light.axis_v_ws * cells.centers[index].y;
+  return cell;
+}
+
 LitPart CutCell(const glm::vec2& half_edges, const glm::vec2& normal, float height) {
   const float reach = std::abs(normal.x) * half_edges.x + std::abs(normal.y) * half_edges.y;
   if (height >= reach && height > 0) return {1, glm::vec2(0), half_edges};

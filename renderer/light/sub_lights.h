@@ -1,6 +1,7 @@
 // A light cut into cells, each a light of its own: visibility is their mean, exactly. Light frame, metres. Pure; no GL.
 #pragma once
 
+#include <cstddef>
 #include <glm/glm.hpp>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct SubLights {
 
 // q x q cells; along an edge of length 0 there is one.
 SubLights MakeSubLights(const AreaLight& light, int q);
+// One of them as a light of its own: in the same plane, with the same axes.
+AreaLight SubLight(const AreaLight& light, const SubLights& cells, size_t index);
 
 // What a receiver's plane leaves of a cell, as a rectangle: the same middle and the same spread along both axes, so
 // that a cut along an axis is exact.

@@ -31,9 +31,7 @@ class ClassTest : public testing::Test {
     RenderReport report;
     const Image v = RenderVisibility(scene_, request_, &report);
     EXPECT_GT(v.size(), 0u);
-    for (const PassReport& pass : report.passes) {
-      if (count != nullptr && pass.name == "light[0]/resolve") *count = pass.count;
-    }
+    if (count != nullptr) *count = ResolveCount(report);
     return v;
   }
   static double MaeShadowed(const Image& reference, const Image& tested) {

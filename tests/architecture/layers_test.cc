@@ -24,7 +24,8 @@ struct Room {
 };
 
 // What the whole renderer, server and client speak.
-const Strings kVocabulary = {"renderer/status.h", "renderer/request.h", "renderer/report.h"};
+const Strings kVocabulary = {"renderer/status.h", "renderer/request.h", "renderer/method_options.h",
+                             "renderer/report.h"};
 
 // In the order of design: nothing flows back up. Tests may include anything.
 const std::vector<Room> kRooms = {
@@ -49,6 +50,11 @@ const std::vector<Room> kRooms = {
       "renderer/shade/ltc/ltc_table.h"}},
     {"renderer/shade/ltc/", {}},
     // The story walks through all rooms but the methods' own and the loader's.
+    {"renderer/frame.",
+     {"renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/", "renderer/shade/",
+      "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
+    {"renderer/soft_shadow_map.",
+     {"renderer/image/", "renderer/plan/", "renderer/shade/", "renderer/shadow/finish_visibility.h"}},
     {"renderer/renderer.",
      {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
       "renderer/shade/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
@@ -58,6 +64,7 @@ const std::vector<Room> kRooms = {
      {"renderer/gl/", "renderer/light/", "renderer/plan/", "renderer/scene/", "renderer/shadow/shadow_method.h"}},
     {"renderer/query.", {"renderer/light/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
     {"renderer/warm_up.", {"renderer/scene/flat_scene.h"}},
+    {"renderer/method_options.h", {}},
     {"renderer/request.h", {}},
     {"renderer/report.h", {}},
     {"renderer/status.h", {}},
@@ -88,12 +95,12 @@ const std::vector<Foreign> kForeign = {
     // Rooms that are tested without a context see no GL.
     {{"glad/", "EGL/", "GL/"},
      {"renderer/gl/", "renderer/scene/scene_on_context", "renderer/light/", "renderer/shadow/", "renderer/shade/",
-      "renderer/renderer.", "renderer/passes.", "renderer/prepare_light.", "renderer/query.", "renderer/warm_up.",
-      "server/", "client/"}},
+      "renderer/renderer.", "renderer/frame.", "renderer/passes.", "renderer/prepare_light.", "renderer/query.",
+      "renderer/soft_shadow_map.", "renderer/warm_up.", "server/", "client/"}},
     {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
     {{"tbb/"},
      {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles", "renderer/shadow/pdsm/"}},
-    {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/shaft/", "renderer/shadow/ssm/gather"}},
+    {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/shaft/", "renderer/shadow/ssm/"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

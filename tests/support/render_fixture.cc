@@ -93,6 +93,13 @@ Image RenderVisibility(const FlatScene& scene, RenderRequest request, RenderRepo
   return std::move(result->images[0].image);
 }
 
+uint64_t ResolveCount(const RenderReport& report) {
+  for (const PassReport& pass : report.passes) {
+    if (pass.name == "light[0]/resolve") return pass.count;
+  }
+  return 0;
+}
+
 std::vector<TestMethod> TestMethods() {
   // k points of a digital net hold an anchored rectangle's share of the light to (log2(k) / 2 + 3 / 2) / k
   // (Niederreiter 1987, (0, m, 2)-nets in base 2).

@@ -36,6 +36,9 @@ Camera LookDown(double height, double size_m);
 // Visibility of the request's lights, drawn by the test renderer; the test fails and the image is empty on an error.
 Image RenderVisibility(const FlatScene& scene, RenderRequest request, RenderReport* report = nullptr);
 
+// What resolving the first light counted (OcclusionSum::count): rays, tiles.
+uint64_t ResolveCount(const RenderReport& report);
+
 // A method under test. A new one costs a row in TestMethods and a row of thresholds in tests/accuracy.
 struct TestMethod {
   std::string name;       // proto field name, for gtest

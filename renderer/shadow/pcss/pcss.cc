@@ -4,11 +4,6 @@
 #include "renderer/status.h"
 
 namespace halfshade {
-namespace {
-
-const char* WeightsName(FilterWeights weights) { return weights == FilterWeights::kMean ? "MEAN" : "GAUSSIAN"; }
-
-}  // namespace
 
 MethodNeeds PcssMethod::Needs(const MethodOptions& options, const SceneFacts&) const {
   const int map_size = std::get<PcssOptions>(options).map_size;

@@ -30,7 +30,6 @@ SsmChoice ChooseSsm(const SsmOptions& options, const AreaLight& light, const Occ
   const int steps = int(std::ceil(std::min<double>(needed, kMostMapSize) / kMapSizeStep));
   choice.map_size =
       options.occluder_map_size > 0 ? options.occluder_map_size : std::max(kLeastMapSize, steps * kMapSizeStep);
-  choice.passes = options.passes > 0 ? options.passes : 1;
   return choice;
 }
 

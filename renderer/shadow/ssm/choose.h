@@ -9,7 +9,6 @@ namespace halfshade {
 struct SsmChoice {
   int sub_lights = 1;  // along each edge
   int map_size = 256;  // patches a side
-  int passes = 1;
 };
 
 // From the light's widest footprint as a part of the occluders' window, L w_near / (u1 - u0): the wider, the more

@@ -24,6 +24,7 @@ using LayersOnGl = std::vector<BinnedMapOnGl>;
 struct SsmData : LightData {
   AreaLight light;
   SsmChoice choice;
+  int passes = 1;
   SubLights cells;
   BinnedMapOptions map_options;
   bool is_on_cpu = true;
@@ -43,12 +44,10 @@ struct SsmData : LightData {
     return bytes;
   }
   size_t CellsKept() const { return maps.size() + maps_on_gl.size(); }
-  uint64_t MapsDrawn() const override { return CellsKept() * choice.passes; }
-  uint64_t MapsRedrawn() const override { return (cells.centers.size() - CellsKept()) * choice.passes; }
+  uint64_t MapsDrawn() const override { return CellsKept() * passes; }
+  uint64_t MapsRedrawn() const override { return (cells.centers.size() - CellsKept()) * passes; }
   std::vector<std::pair<std::string, std::string>> ChosenOptions() const override {
-    return {{"occluder_map_size", std::to_string(choice.map_size)},
-            {"passes", std::to_string(choice.passes)},
-            {"sub_lights", std::to_string(choice.sub_lights)}};
+    return {{"occluder_map_size", std::to_string(choice.map_size)}, {"sub_lights", std::to_string(choice.sub_lights)}};
   }
 };
 
@@ -60,7 +59,7 @@ uint64_t BytesOfMap(const BinnedMapOptions& options) {
 absl::StatusOr<Layers> DrawLayers(const DrawContext& draw, const SsmData& data,
                                   const std::shared_ptr<const OccludersOnContext>& occluders, size_t cell) {
   Layers layers;
-  for (int pass = 0; pass < data.choice.passes; ++pass) {
+  for (int pass = 0; pass < data.passes; ++pass) {
     BinnedMapOptions options = data.map_options;
     options.layer = pass == 0 ? OccluderLayer::kNearest : OccluderLayer::kFurthest;
     ASSIGN_OR_RETURN(BinnedMap map, DrawBinnedMap(draw, occluders, data.light, data.cells.centers[cell], options));
@@ -144,7 +143,7 @@ absl::StatusOr<OcclusionSum> ResolveOnGl(const DrawContext& draw, const SsmData&
 MethodNeeds SsmMethod::Needs(const MethodOptions& options, const SceneFacts& facts) const {
   const auto& ssm = std::get<SsmOptions>(options);
   const int q = std::max(ssm.sub_lights, 1);
-  return {.maps = uint32_t(q * q * std::max(ssm.passes, 1)),
+  return {.maps = uint32_t(q * q * ssm.passes),
           .map_size = ssm.occluder_map_size,
           .cpu_receivers = IsOnCpu(facts.is_software_gl)};
 }
@@ -156,10 +155,11 @@ absl::StatusOr<std::unique_ptr<LightData>> SsmMethod::BuildLightData(const DrawC
   data->light = inputs.light;
   data->is_on_cpu = IsOnCpu(draw.context->IsSoftware());
   data->choice = ChooseSsm(ssm, inputs.light, inputs.occluders->hull());
+  data->passes = ssm.passes;
   data->cells = MakeSubLights(inputs.light, data->choice.sub_lights);
   data->map_options = {
       .size = data->choice.map_size, .texels_per_patch = ssm.measures_coverage ? 2 : 1, .slabs = ssm.bins};
-  const uint64_t cell_bytes = BytesOfMap(data->map_options) * data->choice.passes;
+  const uint64_t cell_bytes = BytesOfMap(data->map_options) * data->passes;
   uint64_t kept = data->cells.centers.size();
   if (cell_bytes * kept > inputs.max_light_data_bytes) {
     data->occluders = inputs.occluders;
@@ -188,12 +188,9 @@ std::vector<std::pair<std::string, std::string>> SsmMethod::DescribeOptions(cons
   const auto& ssm = std::get<SsmOptions>(options);
   const auto chosen = [](int value) { return value == 0 ? std::string(kChosen) : std::to_string(value); };
   return {{"occluder_map_size", chosen(ssm.occluder_map_size)},
-          {"resolve", ssm.resolve == SsmResolve::kMap ? "MAP" : "PIXELS"},
-          {"passes", chosen(ssm.passes)},
-          {"accumulation", ssm.accumulation == SsmAccumulation::kBinned ? "BINNED" : "SCATTER"},
-          {"blend", ssm.blend == SsmBlend::kFp32   ? "FP32"
-                    : ssm.blend == SsmBlend::kFp16 ? "FP16"
-                                                   : "FP16_BATCHED"},
+          {"resolve", "PIXELS"},
+          {"passes", std::to_string(ssm.passes)},
+          {"accumulation", "BINNED"},
           {"sub_lights", chosen(ssm.sub_lights)},
           {"bins", std::to_string(ssm.bins)},
           {"coverage", ssm.measures_coverage ? "true" : "false"}};

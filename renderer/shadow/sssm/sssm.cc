@@ -9,6 +9,7 @@
 #include "renderer/gl/framebuffer.h"
 #include "renderer/light/center_map.h"
 #include "renderer/light/fullscreen.h"
+#include "renderer/light/sub_lights.h"
 #include "renderer/math/camera.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/status.h"
@@ -42,16 +43,6 @@ struct SssmData : LightData {
     return drawn;
   }
 };
-
-// Cell (column, row) of columns x rows.
-AreaLight CellOf(const AreaLight& light, int column, int row, int columns, int rows) {
-  AreaLight cell = light;
-  cell.width_m = light.width_m / columns;
-  cell.height_m = light.height_m / rows;
-  cell.center_ws += light.axis_u_ws * (cell.width_m * (column + 0.5 - columns * 0.5)) +
-                    light.axis_v_ws * (cell.height_m * (row + 0.5 - rows * 0.5));
-  return cell;
-}
 
 // The eye is in the light's plane, close to the light.
 bool LooksFrom(const AreaLight& light, const Camera& camera) {
@@ -239,13 +230,11 @@ absl::StatusOr<std::unique_ptr<LightData>> SssmMethod::BuildLightData(const Draw
                                                                       const LightInputs& inputs,
                                                                       const MethodOptions& options) const {
   const auto& sssm = std::get<SssmOptions>(options);
-  const int columns = inputs.light.width_m > 0 ? sssm.sub_lights : 1;
-  const int rows = inputs.light.height_m > 0 ? sssm.sub_lights : 1;
+  const SubLights cells = MakeSubLights(inputs.light, sssm.sub_lights);
   auto data = std::make_unique<SssmData>();
-  for (int i = 0; i < columns * rows; ++i) {
-    const AreaLight cell = CellOf(inputs.light, i % columns, i / columns, columns, rows);
-    ASSIGN_OR_RETURN(data->maps.emplace_back(),
-                     CenterMap::Create(draw, inputs.occluders, inputs.light, cell, sssm.map_size));
+  for (size_t i = 0; i < cells.centers.size(); ++i) {
+    ASSIGN_OR_RETURN(data->maps.emplace_back(), CenterMap::Create(draw, inputs.occluders, inputs.light,
+                                                                  SubLight(inputs.light, cells, i), sssm.map_size));
   }
   return data;
 }
@@ -293,7 +282,7 @@ std::vector<std::pair<std::string, std::string>> SssmMethod::DescribeOptions(con
   return {{"map_size", std::to_string(sssm.map_size)},
           {"blocker_taps", std::to_string(sssm.blocker_taps)},
           {"filter_taps", std::to_string(sssm.filter_taps)},
-          {"weights", sssm.weights == FilterWeights::kMean ? "MEAN" : "GAUSSIAN"},
+          {"weights", WeightsName(sssm.weights)},
           {"skip", sssm.skips ? "true" : "false"},
           {"alpha", alpha.str()},
           {"beta", beta.str()},

@@ -17,9 +17,7 @@ Image Render(const FlatScene& scene, RenderRequest request, const MethodOptions&
   RenderReport report;
   const Image v = RenderVisibility(scene, request, &report);
   EXPECT_GT(v.size(), 0u);
-  for (const PassReport& pass : report.passes) {
-    if (tiles != nullptr && pass.name == "light[0]/resolve") *tiles = pass.count;
-  }
+  if (tiles != nullptr) *tiles = ResolveCount(report);
   return v;
 }
 

@@ -34,9 +34,8 @@ TEST(ChooseSsmTest, WiderLightsTakeMoreSubLightsAndSmallerMaps) {
 TEST(ChooseSsmTest, ALineCountsAsItsLength) { EXPECT_EQ(ChooseFor(0, 0.5).sub_lights, ChooseFor(0.5, 0.5).sub_lights); }
 
 TEST(ChooseSsmTest, WhatIsAskedForStays) {
-  const SsmChoice choice = ChooseFor(0.5, 0.5, {.occluder_map_size = 77, .passes = 2, .sub_lights = 7});
+  const SsmChoice choice = ChooseFor(0.5, 0.5, {.occluder_map_size = 77, .sub_lights = 7});
   EXPECT_EQ(choice.map_size, 77);
-  EXPECT_EQ(choice.passes, 2);
   EXPECT_EQ(choice.sub_lights, 7);
 }
 
