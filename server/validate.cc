@@ -277,7 +277,8 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(ssm->occluder_map_size, ssm->passes, ssm->sub_lights, ssm->bins, ssm->measures_coverage);
   }
   if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
-    add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter);
+    add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter,
+        pdsm->has_soft_events, pdsm->is_surface_only);
   }
   if (const auto* sssm = std::get_if<SssmOptions>(&request.method)) {
     add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,
