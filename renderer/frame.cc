@@ -14,6 +14,7 @@
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/data_image.h"
 #include "renderer/shade/finish_frame.h"
+#include "renderer/shade/fog.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shadow/finish_visibility.h"
 #include "renderer/shadow/shadow_method.h"
@@ -109,10 +110,16 @@ class Frame {
         if (HasCatcher()) {
           ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
         }
+        if (request_.fog) {
+          ASSIGN_OR_RETURN(fog_, FogView::Create(draw_, receivers_, request_));
+        }
         return absl::OkStatus();
       }));
     }
     for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name, on_context));
+    if (view.shows_frame && request_.fog) {
+      RETURN_IF_ERROR(Timed(name + "fog", &report_.shade_ms, [&] { return fog_->DrawOver(draw_, frame_); }));
+    }
     if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
     return Timed(name + "finish_frame", &report_.shade_ms, [&] {
       const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
@@ -176,6 +183,9 @@ class Frame {
         return AddLight(draw_, ltc_, gbuffer_, receivers_, light, resolved.visibility, request_, frame_);
       }));
     }
+    if (view_->shows_frame && request_.fog) {
+      RETURN_IF_ERROR(Timed(name + "fog", &report_.shade_ms, [&] { return LightFog(layers, light); }));
+    }
     if (view_->shows_frame && HasCatcher()) {
       RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
@@ -183,6 +193,18 @@ class Frame {
       }));
     }
     if (view_ == &plan_.views.back() && !Wants(OutputKind::kSoftShadowMap)) held_layers_.erase(&plan);
+    return absl::OkStatus();
+  }
+
+  // What the fog in front of everything scatters of one side of a light.
+  absl::Status LightFog(const std::vector<LightLayer>& layers, const AreaLight& light) {
+    const bool on_cpu = !layers.empty() && NeedCpuReceivers(draw_, request_, Apart());
+    for (int step = 0; step < kFogSteps; ++step) {
+      ASSIGN_OR_RETURN(const Receivers points, fog_->StepPoints(draw_, step, on_cpu));
+      ASSIGN_OR_RETURN(const ResolvedSide resolved, ResolveSide(draw_, layers, points, light));
+      RETURN_IF_ERROR(fog_->AddLight(draw_, points, light, resolved.visibility));
+    }
+    report_.passes.back().count = kFogSteps;
     return absl::OkStatus();
   }
 
@@ -307,6 +329,7 @@ class Frame {
   gl::Texture frame_;
   gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
   FrameSamples samples_;
+  std::optional<FogView> fog_;
   std::map<const LightPlan*, std::vector<LightLayer>> held_layers_;  // what later views need
   std::map<OutputKind, Image> images_;
   LightGrid grid_;  // of the soft shadow map
