@@ -160,6 +160,7 @@ class Frame {
         ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
         report_.passes.back().count = data->MapsRedrawn() + occlusion.count;
         report_.passes.back().reason = occlusion.note;
+        ReportChosen(occlusion.chosen_options, report_);
       }
       ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light,
                                                     receivers_.wants_blockers ? &penumbra_width : nullptr));

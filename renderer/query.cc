@@ -17,16 +17,40 @@ Box3d Bounds(const QueryPoints& points) {
   return bounds;
 }
 
-// v of one side of a light, one a receiver. `data` null: nothing hides the light. `pass`: what it counts.
+// Visibility nearer to 1 than this is light.
+constexpr float kPenumbraMargin = 1.0f / 512;
+
+// Mean of the errors that methods tell of shadowed points.
+struct PredictedError {
+  double sum = 0;
+  uint64_t count = 0;
+  void Add(const std::vector<float>& visibility, const std::vector<float>& errors, const CpuReceivers& receivers,
+           const AreaLight& side) {
+    for (size_t i = 0; i < errors.size(); ++i) {
+      const CpuReceiver receiver = receivers.At(i);
+      if (!receiver.is_receiving || visibility[i] >= 1 - kPenumbraMargin) continue;
+      const double share = CutAtPlane(side, receivers, receiver).share;
+      if (share <= 0) continue;
+      sum += share * errors[i];
+      ++count;
+    }
+  }
+};
+
+// v of one side of a light, one a receiver. `data` null: nothing hides the light. Its pass is the report's last.
 absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const RegisteredMethod& method,
                                            const RenderRequest& request, const LightData* data,
-                                           const Receivers& receivers, const AreaLight& side, PassReport* pass) {
+                                           const Receivers& receivers, const AreaLight& side, RenderReport& report,
+                                           PredictedError* predicted) {
   if (data == nullptr) return FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
   ASSIGN_OR_RETURN(const OcclusionSum sum, method.method->ResolveOcclusion(draw, *data, receivers, request.method));
-  pass->count = data->MapsRedrawn() + sum.count;
-  pass->reason = sum.note;
+  report.passes.back().count = data->MapsRedrawn() + sum.count;
+  report.passes.back().reason = sum.note;
+  ReportChosen(sum.chosen_options, report);
   if (std::holds_alternative<std::vector<float>>(sum.sums)) {
-    return FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
+    std::vector<float> visibility = FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
+    predicted->Add(visibility, sum.errors, *receivers.on_cpu, side);
+    return visibility;
   }
   ASSIGN_OR_RETURN(const gl::Texture finished, FinishVisibility(draw, &sum, receivers, side));
   Image pairs(receivers.width, receivers.height, 2);
@@ -70,6 +94,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
   }
 
   const size_t count = points.points_ws.size();
+  PredictedError predicted;
   result.visibility.resize(count * request.lights.size());
   for (const LightPlan& plan : lights) {
     const std::string name = LightName(plan);
@@ -82,7 +107,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
     if (plan.outcome == LightOutcome::kSkipped) continue;
     std::vector<float> seen;
     RETURN_IF_ERROR(TimedPass(draw, report, name + "resolve", &report.resolve_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(seen, Resolve(draw, method, request, data.get(), receivers, plan.light, &report.passes.back()));
+      ASSIGN_OR_RETURN(seen, Resolve(draw, method, request, data.get(), receivers, plan.light, report, &predicted));
       return absl::OkStatus();
     }));
     for (size_t i = 0; i < count; ++i) {
@@ -94,6 +119,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
       v = std::max(v, seen[i]);  // of both sides, one is 0
     }
   }
+  if (predicted.count > 0) report.error.predicted = predicted.sum / double(predicted.count);
   return result;
 }
 

@@ -62,6 +62,7 @@ absl::StatusOr<SoftShadowMap> DrawSoftShadowMap(const DrawContext& draw, const L
       ASSIGN_OR_RETURN(occlusion, method.ResolveOcclusion(draw, *data, receivers, source.request.method));
       report.passes.back().count = data->MapsRedrawn() + occlusion.count;
       report.passes.back().reason = occlusion.note;
+      ReportChosen(occlusion.chosen_options, report);
     }
     ASSIGN_OR_RETURN(const gl::Texture visibility,
                      FinishVisibility(draw, computes ? &occlusion : nullptr, receivers, plan.light));

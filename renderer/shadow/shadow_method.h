@@ -37,6 +37,7 @@ struct MethodNeeds {
   bool ray_scene = false;         // LightInputs::ray_scene
   bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
   bool cpu_occluders = false;     // LightInputs::cpu_occluders
+  bool mesh_levels = false;       // CpuOccluders::levels
 };
 
 struct LightInputs {
@@ -62,9 +63,12 @@ struct OcclusionSum {
   // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};
+  // Options that the request left open and that were chosen by what the receivers see, for the report.
+  std::vector<std::pair<std::string, std::string>> chosen_options = {};
 };
 
-// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
+// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions) or at the resolve
+// (OcclusionSum::chosen_options).
 inline constexpr char kChosen[] = "auto";
 
 class ShadowMethod {

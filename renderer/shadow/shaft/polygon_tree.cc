@@ -14,6 +14,7 @@ class TreeBuilder {
  public:
   explicit TreeBuilder(const std::vector<Polygon>& polygons) : polygons_(polygons), order_(polygons.size()) {
     std::iota(order_.begin(), order_.end(), 0u);
+    boxes_.reserve(polygons.size());
     for (const Polygon& polygon : polygons) {
       Box3f box;
       for (int k = 0; k < polygon.corners; ++k) box.Add({polygon.x[k], polygon.y[k], polygon.z[k]});
@@ -21,11 +22,19 @@ class TreeBuilder {
     }
   }
 
+  // Adds them behind what the tree has.
   void Build(PolygonTree* tree) {
-    tree->nodes.reserve(polygons_.size() / 16 + 16);
+    first_ = uint32_t(tree->polygons.size());
+    const auto root = uint32_t(tree->nodes.size());
     tree->nodes.emplace_back();
-    BuildNode(0, {0, uint32_t(order_.size())}, &tree->nodes);
+    BuildNode(root, {0, uint32_t(order_.size())}, &tree->nodes);
     for (const uint32_t i : order_) tree->polygons.push_back(polygons_[i]);
+  }
+
+  float LongestDiagonal(const glm::vec3& metres) const {
+    float longest = 0;
+    for (const Box3f& box : boxes_) longest = std::max(longest, glm::length(box.Extent() * metres));
+    return longest;
   }
 
  private:
@@ -78,7 +87,7 @@ class TreeBuilder {
       node.count[i] = 0;
       if (size_t(i) >= groups.size()) continue;
       if (groups[i].size() <= PolygonTree::kLeafPolygons) {
-        node.first[i] = groups[i].first;
+        node.first[i] = first_ + groups[i].first;
         node.count[i] = uint8_t(groups[i].size());
         continue;
       }
@@ -89,6 +98,7 @@ class TreeBuilder {
   }
 
   const std::vector<Polygon>& polygons_;
+  uint32_t first_ = 0;  // place of the first of them in the tree
   std::vector<uint32_t> order_;
   std::vector<Box3f> boxes_;
 };
@@ -98,7 +108,21 @@ class TreeBuilder {
 PolygonTree BuildPolygonTree(ShaftPolygons polygons) {
   PolygonTree tree;
   tree.space = polygons.space;
-  if (!polygons.polygons.empty()) TreeBuilder(polygons.polygons).Build(&tree);
+  size_t count = polygons.polygons.size();
+  for (const PolygonLevel& level : polygons.levels) count += level.polygons.size();
+  tree.polygons.reserve(count);
+  tree.nodes.reserve(count / 16 + 16 * (polygons.levels.size() + 1));
+  const glm::vec3 metres(1.0 / polygons.space.scale);
+  const auto add = [&](const std::vector<Polygon>& part, float error_m, float next_error_m) {
+    if (part.empty()) return;
+    TreeBuilder builder(part);
+    // Of the level before it this is the next.
+    if (error_m > 0 && !tree.roots.empty()) tree.roots.back().next_reach_m = builder.LongestDiagonal(metres);
+    tree.roots.push_back({.node = uint32_t(tree.nodes.size()), .error_m = error_m, .next_error_m = next_error_m});
+    builder.Build(&tree);
+  };
+  add(polygons.polygons, 0, std::numeric_limits<float>::infinity());
+  for (const PolygonLevel& level : polygons.levels) add(level.polygons, level.error_m, level.next_error_m);
   tree.masked = std::move(polygons.masked);
   return tree;
 }

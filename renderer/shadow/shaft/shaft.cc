@@ -29,13 +29,13 @@ struct ShaftLightData : LightData {
 }  // namespace
 
 MethodNeeds ShaftMethod::Needs(const MethodOptions&, const SceneFacts&) const {
-  return {.cpu_receivers = true, .cpu_occluders = true};
+  return {.cpu_receivers = true, .cpu_occluders = true, .mesh_levels = true};
 }
 
 absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const DrawContext&, const LightInputs& inputs,
                                                                        const MethodOptions&) const {
   auto data = std::make_unique<ShaftLightData>();
-  data->tree = BuildPolygonTree(BuildShaftPolygons(inputs.cpu_occluders->triangles, inputs.light));
+  data->tree = BuildPolygonTree(BuildShaftPolygons(*inputs.cpu_occluders, inputs.light));
   data->masks = inputs.cpu_occluders->masks;
   data->light = inputs.light;
   data->seed = inputs.seed;
@@ -46,7 +46,7 @@ absl::StatusOr<OcclusionSum> ShaftMethod::ResolveOcclusion(const DrawContext& dr
                                                            const Receivers& receivers,
                                                            const MethodOptions& options) const {
   const auto& shaft_data = static_cast<const ShaftLightData&>(data);
-  const int rows = std::get<ShaftOptions>(options).rows;
+  const int rows = std::get<ShaftOptions>(options).rows == 0 ? 16 : std::get<ShaftOptions>(options).rows;
   const TileFiller filler(*receivers.on_cpu, shaft_data.light, shaft_data.tree.space, shaft_data.seed);
   std::vector<float> hidden(receivers.on_cpu->size(), 0);
   std::vector<float> errors(hidden.size(), 0);
