@@ -25,6 +25,7 @@ struct Case {
   std::string name;  // "S2 light .20", "spot"
   SceneFiles files;
   v1::RenderRequest request;  // scene, camera, lights, ground, width, height
+  bool is_dense = false;      // of more than some 50 k triangles in view: aims of its own (fractions.h)
 };
 
 // One method with its options.
@@ -32,6 +33,8 @@ struct Setting {
   std::string method;  // "multi_map"
   std::string label;   // "k=64 map_size=1024"
   v1::Method options;
+  std::string family;     // whose curve of error against cost it is a point of: "ray adaptive"
+  int filter_radius = 0;  // pixels; of visibility along surfaces, in this process (renderer/image/surface_filter.h)
 };
 
 struct Effort {
@@ -49,6 +52,7 @@ struct Row {
   double shadow_cpu_ms = 0;          // cpu_ms less the case's primary visibility
   double light_ms = 0;               // wall, of it
   double resolve_ms = 0;             // wall, of it
+  uint64_t light_data_bytes = 0;     // of the first light
   double warm_cpu_ms = 0;            // same light, another camera; 0: not measured
   std::vector<std::string> skipped;  // "pass: reason"
   bool is_on_front = false;          // no other row of the case is both cheaper and more exact
@@ -60,6 +64,7 @@ struct CaseResult {
   double primary_cpu_ms = 0;   // primary visibility alone: what all rows share
   double reference_noise = 0;  // mean |a - b| / 2 of its two halves, over shadowed pixels
   double reference_cpu_ms = 0;
+  bool is_dense = false;
   Image mask;             // 1 where something is drawn that faces part of the light: what errors are taken over
   Image reference;        // visibility of the first light
   std::string frame_png;  // what the scene looks like
