@@ -188,6 +188,7 @@ absl::Status Judge(const Shot& shot, const CaseResult& result, Row* row) {
   for (const v1::Pass& pass : shot.report.passes()) {
     if (pass.skipped()) row->skipped.push_back(pass.name() + ": " + pass.reason());
   }
+  row->predicted = shot.report.error().predicted();
   for (const v1::Cache& cache : shot.report.caches()) {
     if (cache.name() == "light[0]/light_data") row->light_data_bytes = cache.bytes();
   }

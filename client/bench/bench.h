@@ -47,7 +47,8 @@ struct Row {
   Setting setting;
   std::string failure;  // the status where it failed; then nothing below holds
   ImageError error;
-  double cpu_ms = 0;  // cold: light data and resolve, `cache: REFRESH`
+  double predicted = 0;  // RenderReport.error.predicted; 0: not told
+  double cpu_ms = 0;     // cold: light data and resolve, `cache: REFRESH`
   double wall_ms = 0;
   double shadow_cpu_ms = 0;          // cpu_ms less the case's primary visibility
   double light_ms = 0;               // wall, of it

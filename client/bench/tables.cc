@@ -60,6 +60,7 @@ nlohmann::ordered_json ToJson(const Row& row) {
                {"resolve_ms", row.resolve_ms},
                {"warm_cpu_ms", row.warm_cpu_ms},
                {"light_data_bytes", row.light_data_bytes},
+               {"predicted", row.predicted},
                {"on_front", row.is_on_front},
                {"skipped", row.skipped}});
   return json;
@@ -86,6 +87,16 @@ std::string FractionsToTable(const Results& results) {
     }
     text += "\n";
   }
+  int within = 0, told = 0;
+  for (const CaseResult& result : results.cases) {
+    for (const Row& row : result.rows) {
+      const double error = row.error.mae_shadowed.value_or(0);
+      if (!row.failure.empty() || row.setting.method != results.judged || row.predicted == 0 || error == 0) continue;
+      ++told;
+      within += row.predicted <= 2 * error && row.predicted >= error / 2 ? 1 : 0;
+    }
+  }
+  absl::StrAppendFormat(&text, "  predicted error within 2x of the true one in %d of %d cells\n", within, told);
   return text;
 }
 

@@ -46,11 +46,16 @@ TEST(TablesTest, WhatIsOverTheAimStandsBetweenAsterisks) {
   own.setting.method = "shaft";
   own.cpu_ms = 4;
   own.shadow_cpu_ms = 2;
+  own.predicted = 0.039;
+  results.cases[0].rows.push_back(own);
+  own.predicted = 0.041;
+  own.cpu_ms = 5;
   results.cases[0].rows.push_back(own);
   EXPECT_THAT(ToTable(results), Not(HasSubstr("cheapest rival")));
   results.judged = "shaft";
   EXPECT_THAT(ToTable(results), HasSubstr("0.03: 0.33 (0.20)"));
   EXPECT_THAT(ToTable(results), HasSubstr("0.01: **not reached**"));
+  EXPECT_THAT(ToTable(results), HasSubstr("within 2x of the true one in 1 of 2 cells"));
   EXPECT_EQ(nlohmann::json::parse(ToJsonText(results))["cases"][0]["fractions"][0]["rival"], "multi_map");
 }
 
