@@ -165,6 +165,10 @@ class Frame {
                                                     receivers_.wants_blockers ? &penumbra_width : nullptr));
       return absl::OkStatus();
     }));
+    for (PassReport& step : occlusion.steps) {
+      step.name.insert(0, name + "resolve/");
+      report_.passes.push_back(std::move(step));
+    }
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
                           [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
     if (penumbra_width) {

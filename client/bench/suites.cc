@@ -132,10 +132,21 @@ std::vector<SettingText> SssmSettings() {
     add("sssm", {"sub_lights=2"});
   }
   const std::vector<std::string> large = {"blocker_taps=29", "filter_taps=41"};
-  settings.push_back({"pcss", {large[0], large[1], "weights=GAUSSIAN"}});
-  settings.push_back({"sssm", {large[0], large[1], "weights=GAUSSIAN"}});
+  settings.push_back({"ssm", {"sub_lights=1", "occluder_map_size=512"}});
   settings.push_back({"pcss", {large[0], large[1], "map_size=4096"}});
   settings.push_back({"sssm", {large[0], large[1], "map_size=4096", "weights=MEAN"}});
+  return settings;
+}
+
+// Table 6: Gaussian weights, against lights that are weighed alike.
+std::vector<SettingText> GaussianSettings() {
+  const std::vector<std::string> large = {"blocker_taps=29", "filter_taps=41", "weights=GAUSSIAN"};
+  std::vector<SettingText> settings = {{"pcss", large}};
+  for (const char* threshold : {"0.01", "0.1", "0.5"}) {
+    SettingText& sssm = settings.emplace_back(SettingText{"sssm", large});
+    sssm.options.push_back(absl::StrCat("alpha=", threshold));
+    sssm.options.push_back(absl::StrCat("beta=", threshold));
+  }
   return settings;
 }
 
@@ -208,6 +219,13 @@ Case MakeCase(const MadeCase& made) {
   result.request.set_width(made.width);
   result.request.set_height(made.height);
   return result;
+}
+
+Case Weighed(Case bench_case, const std::vector<Setting>& settings) {
+  bench_case.name += ", Gaussian";
+  bench_case.is_gaussian = true;
+  bench_case.settings = settings;
+  return bench_case;
 }
 
 // The same settings at every step.
@@ -302,6 +320,10 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
       suite.cases.push_back(std::move(trees));
     }
     ASSIGN_OR_RETURN(suite.settings, MakeSettings(SssmSettings(), methods));
+    ASSIGN_OR_RETURN(const std::vector<Setting> gaussian, MakeSettings(GaussianSettings(), methods));
+    for (size_t i = 0, count = suite.cases.size(); i < count; ++i) {
+      suite.cases.push_back(Weighed(suite.cases[i], gaussian));
+    }
     suite.effort.reference_rays = 1024;
     suite.effort.measures_warm = false;
     return suite;
@@ -326,6 +348,8 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
 absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
   Suite suite;
   suite.cases.push_back(MakeCase({.scene = "S3", .width = 64, .height = 36}));
+  ASSIGN_OR_RETURN(const std::vector<Setting> gaussian, MakeSettings(GaussianSettings(), methods));
+  suite.cases.push_back(Weighed(suite.cases[0], gaussian));
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
   ASSIGN_OR_RETURN(const std::vector<Setting> curve_settings, MakeSettings(CurveSettings(), methods));
   suite.curves.push_back(MakeCurve(

@@ -18,6 +18,7 @@
 #include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
+#include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/ray_scene.h"
 
@@ -62,6 +63,8 @@ struct OcclusionSum {
   // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};
+  // What the resolve was made of, where a method has passes worth telling apart; names are the method's own.
+  std::vector<PassReport> steps{};
 };
 
 // What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
