@@ -17,6 +17,7 @@ double WallMs(const v1::Timing& timing) { return timing.total_ms() - timing.enco
 // What every method pays alike: the G-buffer, asked for by an output that needs no light.
 absl::StatusOr<double> PrimaryCpuMs(Client& client, const Case& bench_case, int repetitions) {
   v1::RenderRequest request = bench_case.request;
+  request.set_cache(v1::CACHE_MODE_REFRESH);
   request.clear_outputs();
   v1::Output* output = request.add_outputs();
   output->set_kind(v1::OUTPUT_KIND_DEPTH);

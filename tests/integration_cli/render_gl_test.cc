@@ -259,7 +259,8 @@ TEST_F(RenderCommandTest, HealthSaysServing) {
 TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
   ServerProcess server;
   const std::vector<std::string> render = {"--server", server.address(), "render"};
-  const std::vector<std::string> good = render + std::vector<std::string>{"scene.glb", "-o", "good.png"} + kPicture;
+  const std::vector<std::string> good =
+      render + std::vector<std::string>{"scene.glb", "-o", "good.png", "--cache", "refresh"} + kPicture;
   const auto before = Digests(good);
   ASSERT_EQ(before.size(), 1u);
 
