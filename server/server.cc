@@ -135,9 +135,9 @@ class WiredServer final : public Server {
     }
     SetLimits(options_.limits, info.mutable_limits());
     for (const std::string& method : RegisteredMethods()) info.add_methods(method);
-    for (const char* feature :
-         {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene", "list_scenes",
-          "delete_scene", "render", "render_stream", "get_server_info", "get_statistics"}) {
+    for (const char* feature : {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene",
+                                "list_scenes", "delete_scene", "render", "render_stream", "plan_render",
+                                "query_visibility", "get_server_info", "get_statistics"}) {
       info.add_features(feature);
     }
     return info;

@@ -452,12 +452,29 @@ TEST_F(ServiceTest, AQueryOfPointsComesBackInOrderAndStopsWhenItIsTooLate) {
   EXPECT_EQ(refused.error_message(), "points: 35 bytes; must be a multiple of 12");
 }
 
-TEST_F(ServiceTest, WhatIsNotThereYetSaysSoByName) {
+TEST_F(ServiceTest, APlanSaysWhatWouldBeDoneAndDrawsNothing) {
+  v1::PlanRenderRequest plan;
+  *plan.mutable_request() = Request(MakeScene());
+  plan.mutable_request()->mutable_method()->mutable_hard()->set_map_size(77);
+  plan.mutable_request()->add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY);
   grpc::ClientContext context;
   v1::PlanRenderResponse response;
-  const grpc::Status status = renders_->PlanRender(&context, {}, &response);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-  EXPECT_EQ(status.error_message(), "RenderService.PlanRender is not available in this version");
+  EXPECT_TRUE(renders_->PlanRender(&context, plan, &response).ok());
+  EXPECT_EQ(response.plan().method(), "hard");
+  EXPECT_EQ(response.plan().options().hard().map_size(), 77u);
+  std::vector<std::string> skipped;
+  for (const v1::Pass& pass : response.plan().passes()) {
+    if (pass.skipped()) skipped.push_back(pass.name() + ": " + pass.reason());
+  }
+  EXPECT_THAT(skipped, testing::Contains("shade: no FRAME is asked"));
+  EXPECT_EQ(renders_begun, 0);
+
+  plan.mutable_request()->set_width(99999);
+  grpc::ClientContext bad;
+  EXPECT_EQ(renders_->PlanRender(&bad, plan, &response).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  *plan.mutable_request() = Request("scenes/" + std::string(64, '0'));
+  grpc::ClientContext absent;
+  EXPECT_EQ(renders_->PlanRender(&absent, plan, &response).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
 TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {
