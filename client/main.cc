@@ -96,8 +96,9 @@ void AddBench(CLI::App* app, CommandLine* line) {
   bench
       ->add_option(
           "--suite", line->bench.suite,
-          "quick (two minutes on two cores), full (more scenes, lights, curves), sssm (its paper's tables) or smoke")
-      ->check(CLI::IsMember({"quick", "full", "sssm", "smoke"}))
+          "quick (two minutes on two cores), full (more scenes, lights, curves), sssm (its paper's tables), pdsm "
+          "(forms of its functions) or smoke")
+      ->check(CLI::IsMember({"quick", "full", "sssm", "pdsm", "smoke"}))
       ->excludes(scenes);
   bench->add_option("-o,--output", line->bench.folder, "folder for index.html, bench.txt, bench.csv and bench.json")
       ->required();

@@ -13,6 +13,7 @@
 #include "server/cpu_pool.h"
 #include "server/gl_worker_pool.h"
 #include "server/http.h"
+#include "server/light_data_store.h"
 #include "server/render_service.h"
 #include "server/scene_catalog.h"
 #include "server/scene_service.h"
@@ -91,7 +92,11 @@ class WiredServer final : public Server {
     store_options.max_bytes = options_.scene_store_mb << 20;
     store_options.max_unfinished = options_.limits.unfinished_uploads;
     ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, store_options));
-    RETURN_IF_ERROR(workers_.Start(options_, &queue_));
+    // A private folder is gone before anyone comes back to it.
+    if (!options_.scene_store_dir.empty()) {
+      light_data_store_ = std::make_unique<LightDataStore>(store_.get(), &disk_pool_);
+    }
+    RETURN_IF_ERROR(workers_.Start(options_, &queue_, light_data_store_.get()));
     ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
     plant_.catalog = catalog_.get();
     plant_.pool = &pool_;
@@ -171,6 +176,7 @@ class WiredServer final : public Server {
   std::atomic<bool> is_ready_{false};
   std::unique_ptr<HttpServer> http_;
   std::unique_ptr<Store> store_;
+  std::unique_ptr<LightDataStore> light_data_store_;  // as workers and pools, which use it, need it
   SceneCache cache_;
   std::unique_ptr<SceneCatalog> catalog_;
   RenderPlant plant_;

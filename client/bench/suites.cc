@@ -150,6 +150,28 @@ std::vector<SettingText> GaussianSettings() {
   return settings;
 }
 
+// Forms of the functions, beside the maps that they are made of.
+const std::vector<SettingText>& PdsmSettings() {
+  static const std::vector<SettingText> settings = {
+      {"multi_map", {"k=16", "map_size=512"}},
+      {"multi_map", {"k=64", "map_size=512"}},
+      {"pdsm", {"k=16"}},
+      {"pdsm", {"k=64"}},
+      {"pdsm", {"k=256"}},
+      {"pdsm", {"k=16", "layout=INDEXED"}},
+      {"pdsm", {"k=64", "layout=INDEXED"}},
+      {"pdsm", {"k=64", "layout=INDEXED", "eps=0.02"}},
+      {"pdsm", {"k=64", "layout=INDEXED", "eps=0.04"}},
+      {"pdsm", {"k=256", "layout=INDEXED"}},
+      {"pdsm", {"k=64", "surface_only=true"}},
+      {"pdsm", {"k=16", "soft_events=true", "eps=0.002"}},
+      {"pdsm", {"k=16", "soft_events=true"}},
+      {"pdsm", {"k=16", "soft_events=true", "eps=0.02"}},
+      {"pdsm", {"k=64", "soft_events=true"}},
+  };
+  return settings;
+}
+
 const std::vector<SettingText>& CurveSettings() {
   static const std::vector<SettingText> settings = {
       {"hard", {"map_size=1024"}},
@@ -328,7 +350,25 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     suite.effort.measures_warm = false;
     return suite;
   }
-  if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full and sssm"));
+  if (name == "pdsm") {
+    for (const char* scene : {"S2", "S3", "S5"}) suite.cases.push_back(MakeCase({.scene = scene}));
+    for (const char* view : {"trees_masked", "garage"}) {
+      if (scene_folder.empty()) break;
+      ASSIGN_OR_RETURN(Case real, CaseOfView(fs::path(scene_folder) / "views" / absl::StrCat(view, ".json")));
+      suite.cases.push_back(std::move(real));
+    }
+    ASSIGN_OR_RETURN(suite.settings, MakeSettings(PdsmSettings(), methods));
+    const std::vector<SettingText> forms = {{"pdsm", {}}, {"pdsm", {"layout=INDEXED"}}, {"pdsm", {"soft_events=true"}}};
+    const std::pair<const char*, std::vector<double>> options[] = {
+        {"k", {4, 16, 64, 256}}, {"map_size", {128, 256, 512, 1024}}, {"pdsm_size", {128, 256, 512, 1024}}};
+    for (const auto& [option, values] : options) {
+      ASSIGN_OR_RETURN(CurvePlan curve, MakeOptionCurve(option, values, {.scene = "S2"}, forms, methods));
+      suite.curves.push_back(std::move(curve));
+    }
+    suite.effort = {.repetitions = 3, .reference_rays = 1024, .measures_warm = true};
+    return suite;
+  }
+  if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, sssm and pdsm"));
   for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
     for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
   }
