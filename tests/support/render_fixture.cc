@@ -181,4 +181,21 @@ std::vector<TestMethod> TestMethods() {
        .others = {ShaftOptions{32}, ShaftOptions{64}}}};
 }
 
+std::vector<TestMethod> SoftShadowMapForms() {
+  const SsmOptions scatter = {.occluder_map_size = 128,
+                              .sub_lights = 1,
+                              .measures_coverage = false,
+                              .accumulation = SsmAccumulation::kScatter,
+                              .projects_map = true};
+  SsmOptions twice = scatter, batched = scatter;
+  twice.passes = 2;
+  batched.blend = SsmBlend::kFp16Batched;
+  return {{.name = "ssm_map",
+           .options = SsmOptions{.occluder_map_size = 256, .sub_lights = 2, .projects_map = true},
+           .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4, .projects_map = true}},
+          {.name = "ssm_scatter", .options = scatter},
+          {.name = "ssm_scatter_twice", .options = twice},
+          {.name = "ssm_scatter_batched", .options = batched}};
+}
+
 }  // namespace halfshade
