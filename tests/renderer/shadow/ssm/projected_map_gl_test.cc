@@ -158,6 +158,33 @@ TEST_F(ProjectedMapTest, TheLargestSumBeforeClampingIsReportedAndThePatches) {
   EXPECT_EQ(*std::min_element(v.data(), v.data() + v.size()), 0);
 }
 
+// A wall through the light's plane: beyond slope 1 each cell's centre decides, in maps of both accumulations.
+TEST_F(ProjectedMapTest, WhatStandsBesideTheLightHidesToo) {
+  scene_ = MakeFlatScene({MakePlate({0.1, 1, 0}, 0.4, 0.4), MakeBox({1.2, 2, 0}, {0.1, 4, 3})});
+  request_.ground->size_m = 4;
+  request_.camera = LookDown(0.3, 4);
+  const Image truth = Draw(RayOptions{256});
+  for (const SsmOptions& options : {Scatter({.sub_lights = 4}), Map({.occluder_map_size = 128, .sub_lights = 4})}) {
+    const Image v = Draw(options);
+    double error = 0;
+    int behind = 0, dark = 0;
+    for (int y = 0; y < kPixels; ++y) {
+      for (int x = 0; x < kPixels; ++x) {
+        error += std::abs(v.at(x, y, 0) - truth.at(x, y, 0)) / (kPixels * kPixels);
+        if ((x + 0.5) * 4 / kPixels - 2 < 1.3 || truth.at(x, y, 0) > 0) continue;
+        ++behind;
+        dark += v.at(x, y, 0) <= 0.01f;
+      }
+    }
+    std::printf("%s: mae %.4f, dark %d of %d behind the wall\n",
+                options.accumulation == SsmAccumulation::kScatter ? "SCATTER" : "BINNED", error, dark, behind);
+    EXPECT_LE(error, 0.02);
+    // All but a texel at the end of the shadow.
+    EXPECT_GE(dark, behind * 97 / 100);
+    EXPECT_GT(behind, 1000);
+  }
+}
+
 // As in the paper: what casts receives no shadow where something does not cast.
 TEST_F(ProjectedMapTest, OccludersStayLitAndWhatStandsBehindTheGroundGetsItsShadow) {
   request_.camera = LookDown(3, 2);
