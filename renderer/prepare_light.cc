@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "renderer/light/occluders_on_context.h"
+#include "renderer/light_view.h"
 #include "renderer/passes.h"
 #include "renderer/status.h"
 
@@ -88,16 +89,16 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
                                                                  LightCaches& caches, RenderReport& report) {
   const ShadowMethod& method = *source.method.method;
   const MethodOptions& options = source.request.method;
-  const std::string key =
-      LightDataKey(source.scene_name, source.request, side, source.method.name,
-                   (source.is_of_moved ? "of what moves: " : "") + method.LightDataOptions(options));
+  const MethodNeeds needs = method.Needs(options, FactsOf(draw));
+  std::string key = LightDataKey(source.scene_name, source.request, side, source.method.name,
+                                 (source.is_of_moved ? "of what moves: " : "") + method.LightDataOptions(options));
+  if (needs.receiver_map) key += ReceiverMapKey(source.request);
   gl::ObjectCache<LightData>::Pointer data;
   if (source.request.cache == CacheMode::kUse) data = caches.light_data.Find(key);
   const bool is_hit = data != nullptr;
   if (is_hit) {
     report.passes.push_back(SkippedPass(pass, "cached"));
   } else {
-    const MethodNeeds needs = method.Needs(options, FactsOf(draw));
     LightInputs inputs;
     inputs.light = side;
     inputs.seed = source.request.seed;
@@ -114,6 +115,13 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
       if (needs.cpu_occluders) {
         ASSIGN_OR_RETURN(CpuOccluders occluders, BuildCpuOccluders(source.scene, source.pose, side, source.decoder));
         inputs.cpu_occluders = std::make_shared<const CpuOccluders>(std::move(occluders));
+      }
+      LightView view;
+      ReceiverMap receiver_map;
+      if (needs.receiver_map) {
+        ASSIGN_OR_RETURN(view, DrawLightView(draw, source, side));
+        receiver_map = {view.receivers(), view.grid.window, std::move(view.light_z), view.casts};
+        inputs.receiver_map = &receiver_map;
       }
       return LoadOrBuild(draw, source, inputs, key, caches.store, report, data);
     }));

@@ -310,7 +310,8 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
   }
   if (const auto* ssm = std::get_if<SsmOptions>(&request.method)) {
-    add(ssm->occluder_map_size, ssm->passes, ssm->sub_lights, ssm->bins, ssm->measures_coverage);
+    add(ssm->occluder_map_size, ssm->passes, ssm->sub_lights, ssm->bins, ssm->measures_coverage, ssm->accumulation,
+        ssm->blend, ssm->projects_map);
   }
   if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
     add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter,

@@ -204,9 +204,11 @@ std::vector<Curve> MeasureCurves(Client& client, const CurvePlan& plan, const Ef
     curve.work = plan.work;
     curve.setting = setting;
   }
+  Effort own_effort = effort;
+  if (plan.repetitions > 0) own_effort.repetitions = plan.repetitions;
   for (size_t s = 0; s < plan.steps.size(); ++s) {
     progress.Show(plan.work.c_str(), double(s) / double(plan.steps.size()));
-    MeasureStep(client, plan.steps[s], plan.measures_error, effort, &curves);
+    MeasureStep(client, plan.steps[s], plan.measures_error, own_effort, &curves);
   }
   for (Curve& curve : curves) {
     if (curve.failure.empty() && curve.x.size() > 1) curve.exponent = PowerLawExponent(curve.x, curve.cpu_ms);

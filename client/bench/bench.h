@@ -86,6 +86,7 @@ struct CurvePlan {
   std::string work;  // "triangles", "pixels", ...
   std::vector<Step> steps;
   bool measures_error = false;  // against RAY, at each step
+  int repetitions = 0;          // 0: as many as the suite's effort says
 };
 
 // Cost, and error if it was measured, against one kind of work.

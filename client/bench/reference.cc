@@ -1,7 +1,9 @@
 #include "client/bench/reference.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "client/bench/shot.h"
 #include "renderer/status.h"
@@ -26,9 +28,13 @@ absl::StatusOr<Image> FacingMask(Client& client, const Case& bench_case, const v
   v1::Method hard;
   hard.mutable_hard();
   v1::RenderRequest request = VisibilityRequest(bench_case, hard, v1::CACHE_MODE_USE);
-  for (int node = 0; node < scene.node_names_size(); ++node) {
+  std::map<uint32_t, v1::NodeOverride> overrides;
+  for (const v1::NodeOverride& own : request.node_overrides()) overrides[own.index()] = own;
+  request.clear_node_overrides();
+  for (uint32_t node = 0; node < uint32_t(scene.node_names_size()); ++node) {
     v1::NodeOverride* no_shadow = request.add_node_overrides();
-    no_shadow->set_index(uint32_t(node));
+    *no_shadow = overrides[node];
+    no_shadow->set_index(node);
     no_shadow->set_casts(false);
   }
   v1::Output* ids = request.add_outputs();

@@ -38,12 +38,14 @@ struct MethodNeeds {
   bool ray_scene = false;         // LightInputs::ray_scene
   bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
   bool cpu_occluders = false;     // LightInputs::cpu_occluders
+  bool receiver_map = false;      // LightInputs::receiver_map: light data depends on what receives
 };
 
 struct LightInputs {
   std::shared_ptr<const OccludersOnContext> occluders;  // null unless needed
   std::shared_ptr<const RayScene> ray_scene;            // null unless needed
   std::shared_ptr<const CpuOccluders> cpu_occluders;    // null unless needed
+  const ReceiverMap* receiver_map = nullptr;            // null unless needed; lives no longer than the call
   AreaLight light;                                      // one-sided
   uint32_t seed = 0;
   // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
@@ -65,6 +67,8 @@ struct OcclusionSum {
   gl::Texture blockers{};
   // What the resolve was made of, where a method has passes worth telling apart; names are the method's own.
   std::vector<PassReport> steps{};
+  // The largest hidden fraction before it was clamped, where light data did that; sums tell the others.
+  double largest_fraction = 0;
 };
 
 // What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
