@@ -30,12 +30,22 @@ struct PcssOptions {
   FilterWeights weights = FilterWeights::kMean;
   bool skips = true;  // tiles that a min/max pyramid proves lit or dark; the same bits either way
 };
+enum class SsmAccumulation : uint8_t {
+  kBinned,   // depth-binned summed-area tables
+  kScatter,  // additive blending of penumbra extents, as printed; on a soft shadow map alone
+};
+enum class SsmBlend : uint8_t { kFp32, kFp16, kFp16Batched };  // of kScatter
 struct SsmOptions {
   int occluder_map_size = 0;      // patches a side, 16..1024; 0: chosen
   int passes = 1;                 // occluder layers: the nearest surfaces, and the furthest; 1 or 2
   int sub_lights = 0;             // along each edge of the light, 1..8; 0: chosen
   int bins = 4;                   // slabs of depth, 1..16
   bool measures_coverage = true;  // of each patch, by four texels
+  SsmAccumulation accumulation = SsmAccumulation::kBinned;
+  SsmBlend blend = SsmBlend::kFp32;
+  // Receivers look their visibility up in a soft shadow map of RenderRequest::light_map_size, light data itself.
+  // kScatter needs it.
+  bool projects_map = false;
 };
 enum class PdsmConstruction : uint8_t {
   kTraversal,  // Algorithm 1 of the paper
@@ -51,10 +61,12 @@ struct PdsmOptions {
   int k = 64;           // samples of the light, 4..256
   int map_size = 512;   // texels a side of each sample's map, at most; 16..8192
   int pdsm_size = 512;  // rays a side, 16..4096
-  float eps = 0.01f;    // of compression, 1/(2k) to below .5
+  float eps = 0.01f;    // of compression, 1/(2k) (soft events: .001) to below .5
   PdsmConstruction construction = PdsmConstruction::kSlices;
   PdsmLayout layout = PdsmLayout::kVolume;
   PdsmFilter filter = PdsmFilter::kBilinear;
+  bool has_soft_events = false;  // an edge's event is a ramp over its sample's stratum; of kIndexed by kScatter
+  bool is_surface_only = false;  // eps holds at and behind surfaces, in light and in umbra; of kIndexed
 };
 enum class SssmThresholds : uint8_t {
   kRelative,  // fractions of the receiver's depth from the light

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "renderer/light/occluders_on_context.h"
+#include "renderer/light_view.h"
 #include "renderer/passes.h"
 #include "renderer/status.h"
 
@@ -30,6 +31,32 @@ absl::StatusOr<gl::ObjectCache<const MeshLevels>::Pointer> PrepareMeshLevels(con
   report.caches.push_back(
       {.name = "mesh_levels", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = levels->SizeBytes()});
   return levels;
+}
+
+// From the store, or built and put there. Its pass is the report's last.
+absl::Status LoadOrBuild(const DrawContext& draw, const LightSource& source, const LightInputs& inputs,
+                         const std::string& key, LightStore* store, RenderReport& report,
+                         gl::ObjectCache<LightData>::Pointer& data) {
+  const ShadowMethod& method = *source.method.method;
+  // Drivers draw their own maps.
+  const std::string stored_key = key + "\n" + draw.context->renderer() + "\n" + draw.context->version();
+  if (store != nullptr && source.request.cache == CacheMode::kUse) {
+    const std::string bytes = store->Get(source.scene_name, stored_key);
+    if (!bytes.empty()) {
+      ASSIGN_OR_RETURN(data, method.LoadLightData(draw, inputs, source.request.method, bytes));
+      report.passes.back().reason = data != nullptr ? "from the store" : "what the store has is not whole: built again";
+    }
+    if (data != nullptr) {
+      report.passes.back().count = data->MapsDrawn();
+      return absl::OkStatus();
+    }
+  }
+  ASSIGN_OR_RETURN(data, method.BuildLightData(draw, inputs, source.request.method));
+  report.passes.back().count = data->MapsDrawn();
+  if (store == nullptr) return absl::OkStatus();
+  ASSIGN_OR_RETURN(std::string bytes, method.SaveLightData(draw, *data));
+  if (!bytes.empty()) store->Put(source.scene_name, stored_key, std::move(bytes));
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -83,15 +110,16 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
                                                                  LightCaches& caches, RenderReport& report) {
   const ShadowMethod& method = *source.method.method;
   const MethodOptions& options = source.request.method;
-  const std::string key =
-      LightDataKey(source.scene_name, source.request, side, source.method.name, method.LightDataOptions(options));
+  const MethodNeeds needs = method.Needs(options, FactsOf(draw));
+  std::string key = LightDataKey(source.scene_name, source.request, side, source.method.name,
+                                 (source.is_of_moved ? "of what moves: " : "") + method.LightDataOptions(options));
+  if (needs.receiver_map) key += ReceiverMapKey(source.request);
   gl::ObjectCache<LightData>::Pointer data;
   if (source.request.cache == CacheMode::kUse) data = caches.light_data.Find(key);
   const bool is_hit = data != nullptr;
   if (is_hit) {
     report.passes.push_back(SkippedPass(pass, "cached"));
   } else {
-    const MethodNeeds needs = method.Needs(options, FactsOf(draw));
     LightInputs inputs;
     inputs.light = side;
     inputs.seed = source.request.seed;
@@ -114,9 +142,14 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
         occluders.levels = levels;
         inputs.cpu_occluders = std::make_shared<const CpuOccluders>(std::move(occluders));
       }
-      ASSIGN_OR_RETURN(data, method.BuildLightData(draw, inputs, options));
-      report.passes.back().count = data->MapsDrawn();
-      return absl::OkStatus();
+      LightView view;
+      ReceiverMap receiver_map;
+      if (needs.receiver_map) {
+        ASSIGN_OR_RETURN(view, DrawLightView(draw, source, side));
+        receiver_map = {view.receivers(), view.grid.window, std::move(view.light_z), view.casts};
+        inputs.receiver_map = &receiver_map;
+      }
+      return LoadOrBuild(draw, source, inputs, key, caches.store, report, data);
     }));
     caches.light_data.Keep(key, data);
   }

@@ -2,27 +2,23 @@
 
 #include <string>
 
+#include "renderer/light_view.h"
 #include "renderer/passes.h"
-#include "renderer/shade/data_image.h"
-#include "renderer/shade/gbuffer.h"
-#include "renderer/shadow/finish_visibility.h"
 #include "renderer/status.h"
 
 namespace halfshade {
 namespace {
 
 // v, then light_z, of each receiver.
-absl::StatusOr<Image> ReadMap(const DrawContext& draw, const gl::Texture& visibility, const GBuffer& gbuffer,
-                              const RenderRequest& view, const std::string& method) {
-  Image map(view.width, view.height, 2);
+absl::StatusOr<Image> ReadMap(const gl::Texture& visibility, const LightView& view, const std::string& method) {
+  Image map(view.request.width, view.request.height, 2);
   RETURN_IF_ERROR(visibility.ReadFloats(map.data(), map.size()));
-  ASSIGN_OR_RETURN(const Image depth, ReadDataImage(draw, OutputKind::kDepth, gbuffer, view.camera));
-  for (size_t i = 0; i < depth.size(); ++i) {
+  for (size_t i = 0; i < view.light_z.size(); ++i) {
     const float v = map.data()[2 * i];
     if (!(v >= 0 && v <= 1)) {
       return absl::InternalError(method + ": visibility " + std::to_string(v) + " in the soft shadow map");
     }
-    map.data()[2 * i + 1] = depth.data()[i];
+    map.data()[2 * i + 1] = view.light_z[i];
   }
   return map;
 }
@@ -30,43 +26,34 @@ absl::StatusOr<Image> ReadMap(const DrawContext& draw, const gl::Texture& visibi
 }  // namespace
 
 absl::StatusOr<SoftShadowMap> DrawSoftShadowMap(const DrawContext& draw, const LightSource& source,
-                                                const LightPlan& plan, gl::ObjectCache<LightData>::Pointer data,
-                                                LightCaches& caches, RenderReport& report) {
+                                                const MovedApart* apart, const LightPlan& plan,
+                                                std::vector<LightLayer> layers, LightCaches& caches,
+                                                RenderReport& report) {
   const bool computes = plan.outcome == LightOutcome::kCompute;
   const std::string name = LightName(plan);
-  const ShadowMethod& method = *source.method.method;
-  const Pose receiving = GridReceivers(source.pose, source.request);
-  SoftShadowMap map;
-  map.grid = PlanLightGrid(source.scene, source.pose, receiving, source.request, plan.light);
-  RenderRequest view = source.request;
-  view.camera = CameraOf(map.grid, plan.light, source.request);
-  view.width = view.height = source.request.light_map_size;
-  GBuffer gbuffer;
+  LightView view;
   RETURN_IF_ERROR(TimedPass(draw, report, name + "receiver_map", &report.shade_ms, [&]() -> absl::Status {
-    ASSIGN_OR_RETURN(gbuffer, DrawGBuffer(draw, source.scene, *source.on_context, receiving, view, {}));
-    report.passes.back().count = gbuffer.triangles_drawn;
+    ASSIGN_OR_RETURN(view, DrawLightView(draw, source, plan.light));
+    report.passes.back().count = view.gbuffer.triangles_drawn;
     return absl::OkStatus();
   }));
-  if (computes && data == nullptr) {
-    ASSIGN_OR_RETURN(data, PrepareLight(draw, source, plan.light, name + "light_data", caches, report));
+  if (computes && layers.empty()) {
+    ASSIGN_OR_RETURN(layers, PrepareLayers(draw, source, apart, plan.light, name + "light_data", caches, report));
   }
-  Receivers receivers = {&gbuffer.planes, view.camera, view.width, view.height};
+  SoftShadowMap map;
+  map.grid = view.grid;
+  Receivers receivers = view.receivers();
   CpuReceivers on_cpu;
   RETURN_IF_ERROR(TimedPass(draw, report, name + "soft_shadow_map", &report.resolve_ms, [&]() -> absl::Status {
-    OcclusionSum occlusion;
-    if (computes) {
-      if (method.Needs(source.request.method, FactsOf(draw)).cpu_receivers) {
-        ASSIGN_OR_RETURN(on_cpu, ReadBackReceivers(receivers));
-        receivers.on_cpu = &on_cpu;
-      }
-      ASSIGN_OR_RETURN(occlusion, method.ResolveOcclusion(draw, *data, receivers, source.request.method));
-      report.passes.back().count = data->MapsRedrawn() + occlusion.count;
-      report.passes.back().reason = occlusion.note;
-      ReportChosen(occlusion.chosen_options, report);
+    if (!layers.empty() && NeedCpuReceivers(draw, source.request, apart)) {
+      ASSIGN_OR_RETURN(on_cpu, ReadBackReceivers(receivers));
+      receivers.on_cpu = &on_cpu;
     }
-    ASSIGN_OR_RETURN(const gl::Texture visibility,
-                     FinishVisibility(draw, computes ? &occlusion : nullptr, receivers, plan.light));
-    ASSIGN_OR_RETURN(map.image, ReadMap(draw, visibility, gbuffer, view, source.method.name));
+    ASSIGN_OR_RETURN(const ResolvedSide resolved, ResolveSide(draw, layers, receivers, plan.light));
+    report.passes.back().count = resolved.occlusion.count;
+    report.passes.back().reason = resolved.occlusion.note;
+    ReportChosen(resolved.occlusion.chosen_options, report);
+    ASSIGN_OR_RETURN(map.image, ReadMap(resolved.visibility, view, source.method.name));
     return absl::OkStatus();
   }));
   return map;

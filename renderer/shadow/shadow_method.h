@@ -18,6 +18,7 @@
 #include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
+#include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/ray_scene.h"
 
@@ -38,12 +39,14 @@ struct MethodNeeds {
   bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
   bool cpu_occluders = false;     // LightInputs::cpu_occluders
   bool mesh_levels = false;       // CpuOccluders::levels
+  bool receiver_map = false;      // LightInputs::receiver_map: light data depends on what receives
 };
 
 struct LightInputs {
   std::shared_ptr<const OccludersOnContext> occluders;  // null unless needed
   std::shared_ptr<const RayScene> ray_scene;            // null unless needed
   std::shared_ptr<const CpuOccluders> cpu_occluders;    // null unless needed
+  const ReceiverMap* receiver_map = nullptr;            // null unless needed; lives no longer than the call
   AreaLight light;                                      // one-sided
   uint32_t seed = 0;
   // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
@@ -65,6 +68,10 @@ struct OcclusionSum {
   gl::Texture blockers{};
   // Options that the request left open and that were chosen by what the receivers see, for the report.
   std::vector<std::pair<std::string, std::string>> chosen_options = {};
+  // What the resolve was made of, where a method has passes worth telling apart; names are the method's own.
+  std::vector<PassReport> steps{};
+  // The largest hidden fraction before it was clamped, where light data did that; sums tell the others.
+  double largest_fraction = 0;
 };
 
 // What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions) or at the resolve
@@ -86,6 +93,18 @@ class ShadowMethod {
   virtual absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                         const Receivers& receivers,
                                                         const MethodOptions& options) const = 0;
+  // Light data as bytes, for a store that outlives the context; empty: this method's is as soon built again.
+  virtual absl::StatusOr<std::string> SaveLightData(const DrawContext&, const LightData&) const {
+    return std::string();
+  }
+  // Light data of bytes that were saved for the same inputs and options, by whomever. Null: they are not what this
+  // build saves (torn, foreign, another version), and light data is to be built.
+  virtual absl::StatusOr<std::unique_ptr<LightData>> LoadLightData(const DrawContext&, const LightInputs&,
+                                                                   const MethodOptions&, const std::string&) const {
+    return std::unique_ptr<LightData>();
+  }
+  // Whether light data is dear, and is kept without the nodes that a request moves: they hide light on their own.
+  virtual bool KeepsMovedApart() const { return false; }
   // Whether it gives OcclusionSum::blockers.
   virtual bool KnowsBlockers() const { return false; }
   // Every option by its proto field name, for the report.

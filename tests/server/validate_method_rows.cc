@@ -50,11 +50,30 @@ std::vector<ValidateRow> MethodRows() {
        "method.ssm.blend: 9; no such blend"},
       {"SsmBlendWithoutScatter", [](Request& r) { r.mutable_method()->mutable_ssm()->set_blend(v1::SSM_BLEND_FP16); },
        bad, "method.ssm.blend: SSM_BLEND_FP16; needs accumulation SCATTER"},
+      {"SsmScatterToPixels",
+       [](Request& r) {
+         r.mutable_method()->mutable_ssm()->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+         r.mutable_method()->mutable_ssm()->set_resolve(v1::SSM_RESOLVE_PIXELS);
+       },
+       bad, "method.ssm.resolve: SSM_RESOLVE_PIXELS; must be MAP"},
+      {"SsmScatterWithBins",
+       [](Request& r) {
+         r.mutable_method()->mutable_ssm()->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+         r.mutable_method()->mutable_ssm()->set_bins(4);
+       },
+       bad, "method.ssm.bins: 4; needs accumulation BINNED"},
       {"SsmScatter",
-       [](Request& r) { r.mutable_method()->mutable_ssm()->set_accumulation(v1::SSM_ACCUMULATION_SCATTER); }, later,
-       "method.ssm.accumulation: SCATTER"},
-      {"SsmMap", [](Request& r) { r.mutable_method()->mutable_ssm()->set_resolve(v1::SSM_RESOLVE_MAP); }, later,
-       "method.ssm.resolve: MAP"},
+       [](Request& r) {
+         v1::SsmOptions* ssm = r.mutable_method()->mutable_ssm();
+         ssm->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+         ssm->set_resolve(v1::SSM_RESOLVE_MAP);
+         ssm->set_blend(v1::SSM_BLEND_FP16_BATCHED);
+         ssm->set_passes(2);
+         ssm->set_sub_lights(8);
+         ssm->set_coverage(true);
+       },
+       ok, ""},
+      {"SsmMap", [](Request& r) { r.mutable_method()->mutable_ssm()->set_resolve(v1::SSM_RESOLVE_MAP); }, ok, ""},
       {"SsmAtItsLowerBounds",
        [](Request& r) {
          v1::SsmOptions* ssm = r.mutable_method()->mutable_ssm();
@@ -137,10 +156,50 @@ std::vector<ValidateRow> MethodRows() {
       {"PdsmTraversal",
        [](Request& r) { r.mutable_method()->mutable_pdsm()->set_construction(v1::PDSM_CONSTRUCTION_TRAVERSAL); }, ok,
        ""},
-      {"PdsmSurfaceOnly", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_surface_only(true); },
-       Code::kUnimplemented, "method.pdsm.surface_only: "},
-      {"PdsmSoftEvents", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_soft_events(true); },
-       Code::kUnimplemented, "method.pdsm.soft_events: "},
+      {"PdsmSurfaceOnly", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_surface_only(true); }, ok, ""},
+      {"PdsmSurfaceOnlyVolume",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_surface_only(true);
+         r.mutable_method()->mutable_pdsm()->set_layout(v1::PDSM_LAYOUT_VOLUME);
+       },
+       bad, "method.pdsm.surface_only: true; a VOLUME holds slices"},
+      {"PdsmSoftEvents", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_soft_events(true); }, ok, ""},
+      {"PdsmSoftEventsOfNoPowerOfTwo",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_k(48);
+       },
+       bad, "method.pdsm.k: 48; with soft_events it must be a power of two"},
+      {"PdsmSoftEventsTraversal",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_construction(v1::PDSM_CONSTRUCTION_TRAVERSAL);
+       },
+       bad, "method.pdsm.soft_events: true; TRAVERSAL has none"},
+      {"PdsmSoftEventsVolume",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_layout(v1::PDSM_LAYOUT_VOLUME);
+       },
+       bad, "method.pdsm.soft_events: true; a VOLUME has no events"},
+      {"PdsmSoftEventsOfSurfaces",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_surface_only(true);
+       },
+       bad, "method.pdsm.surface_only: true; not with soft_events"},
+      {"PdsmSoftEpsLeast",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_eps(0.001f);
+       },
+       ok, ""},
+      {"PdsmSoftEpsBelow",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_eps(0.00099f);
+       },
+       bad, "method.pdsm.eps: 0.0009899999713525176; must be 0.001 to below 0.5"},
       {"SssmLeast",
        [](Request& r) {
          v1::SssmOptions* sssm = r.mutable_method()->mutable_sssm();

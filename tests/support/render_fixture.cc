@@ -132,7 +132,19 @@ std::vector<TestMethod> TestMethods() {
        .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4},
        .others = {SsmOptions{.occluder_map_size = 16, .sub_lights = 1, .bins = 1, .measures_coverage = false},
                   SsmOptions{.occluder_map_size = 100, .passes = 2, .sub_lights = 3, .bins = 16},
-                  SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2}}},
+                  SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2},
+                  SsmOptions{.occluder_map_size = 64, .sub_lights = 2, .projects_map = true},
+                  SsmOptions{.occluder_map_size = 16,
+                             .sub_lights = 1,
+                             .measures_coverage = false,
+                             .accumulation = SsmAccumulation::kScatter,
+                             .projects_map = true},
+                  SsmOptions{.occluder_map_size = 16,
+                             .passes = 2,
+                             .sub_lights = 3,
+                             .accumulation = SsmAccumulation::kScatter,
+                             .blend = SsmBlend::kFp16Batched,
+                             .projects_map = true}}},
       {.name = "pdsm",
        .options = PdsmOptions{.k = 32, .eps = 0.016f},
        .fine = PdsmOptions{.k = 256},
@@ -152,7 +164,21 @@ std::vector<TestMethod> TestMethods() {
                               .eps = 0.2f,
                               .construction = PdsmConstruction::kTraversal,
                               .layout = PdsmLayout::kIndexed,
-                              .filter = PdsmFilter::kNearest}}},
+                              .filter = PdsmFilter::kNearest},
+                  PdsmOptions{.k = 16,
+                              .map_size = 128,
+                              .pdsm_size = 64,
+                              .eps = 0.01f,
+                              .construction = PdsmConstruction::kScatter,
+                              .layout = PdsmLayout::kIndexed,
+                              .has_soft_events = true},
+                  PdsmOptions{.k = 16,
+                              .map_size = 128,
+                              .pdsm_size = 64,
+                              .eps = 0.04f,
+                              .construction = PdsmConstruction::kScatter,
+                              .layout = PdsmLayout::kIndexed,
+                              .is_surface_only = true}}},
       {.name = "sssm",
        .options = SssmOptions{512, 9, 21, FilterWeights::kMean},
        .fine = SssmOptions{1024, 31, 63, FilterWeights::kMean},
@@ -167,6 +193,23 @@ std::vector<TestMethod> TestMethods() {
        .fine_step = (4 * (4.0 / 3 + 1) + 2) / 512,
        .shared_samples = 256,
        .others = {ShaftOptions{32}, ShaftOptions{64}, ShaftOptions{}, ShaftOptions{8, true}}}};
+}
+
+std::vector<TestMethod> SoftShadowMapForms() {
+  const SsmOptions scatter = {.occluder_map_size = 128,
+                              .sub_lights = 1,
+                              .measures_coverage = false,
+                              .accumulation = SsmAccumulation::kScatter,
+                              .projects_map = true};
+  SsmOptions twice = scatter, batched = scatter;
+  twice.passes = 2;
+  batched.blend = SsmBlend::kFp16Batched;
+  return {{.name = "ssm_map",
+           .options = SsmOptions{.occluder_map_size = 256, .sub_lights = 2, .projects_map = true},
+           .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4, .projects_map = true}},
+          {.name = "ssm_scatter", .options = scatter},
+          {.name = "ssm_scatter_twice", .options = twice},
+          {.name = "ssm_scatter_batched", .options = batched}};
 }
 
 }  // namespace halfshade

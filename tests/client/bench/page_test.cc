@@ -88,6 +88,19 @@ TEST(TablesTest, EveryLineOfTheCsvHasAsManyFieldsAsItsHeader) {
   EXPECT_EQ(std::count(last.begin(), last.end(), ','), std::count(header.begin(), header.end(), ','));
 }
 
+TEST(PageTest, CurvesOfOneMethodAreToldApartByTheirOptions) {
+  Results results = Made();
+  results.curves.push_back(results.curves[0]);
+  results.curves[1].setting.label = "k=16 map_size=512";
+  const auto html = ToHtml(results);
+  ASSERT_OK(html);
+  EXPECT_THAT(*html, HasSubstr(">multi_map k=4</text>"));
+  EXPECT_THAT(*html, HasSubstr(">multi_map k=16 map_size=512</text>"));
+  EXPECT_THAT(*html, HasSubstr("width='626'")) << "27 letters are 11 more than fit";
+  results.curves.pop_back();
+  EXPECT_THAT(*ToHtml(results), HasSubstr(">multi_map</text>"));
+}
+
 TEST(PlotTest, PutsADecadeAtItsPlaceAndLeavesOutWhatHasNoLogarithm) {
   Plot plot;
   plot.series = {{"a", {{1, 0.01, "one"}, {100, 1, "two"}, {0, 1, "none"}}, true}};
