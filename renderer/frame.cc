@@ -168,8 +168,13 @@ class Frame {
       ASSIGN_OR_RETURN(resolved, ResolveSide(draw_, layers, receivers_, light));
       report_.passes.back().count = resolved.occlusion.count;
       report_.passes.back().reason = resolved.occlusion.note;
+      ReportChosen(resolved.occlusion.chosen_options, report_);
       return absl::OkStatus();
     }));
+    for (PassReport& step : resolved.occlusion.steps) {
+      step.name.insert(0, name + "resolve/");
+      report_.passes.push_back(std::move(step));
+    }
     RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms, [&] {
       return Collect(plan.index, resolved.visibility, layers.empty() ? nullptr : &resolved.occlusion);
     }));

@@ -30,12 +30,22 @@ struct PcssOptions {
   FilterWeights weights = FilterWeights::kMean;
   bool skips = true;  // tiles that a min/max pyramid proves lit or dark; the same bits either way
 };
+enum class SsmAccumulation : uint8_t {
+  kBinned,   // depth-binned summed-area tables
+  kScatter,  // additive blending of penumbra extents, as printed; on a soft shadow map alone
+};
+enum class SsmBlend : uint8_t { kFp32, kFp16, kFp16Batched };  // of kScatter
 struct SsmOptions {
   int occluder_map_size = 0;      // patches a side, 16..1024; 0: chosen
   int passes = 1;                 // occluder layers: the nearest surfaces, and the furthest; 1 or 2
   int sub_lights = 0;             // along each edge of the light, 1..8; 0: chosen
   int bins = 4;                   // slabs of depth, 1..16
   bool measures_coverage = true;  // of each patch, by four texels
+  SsmAccumulation accumulation = SsmAccumulation::kBinned;
+  SsmBlend blend = SsmBlend::kFp32;
+  // Receivers look their visibility up in a soft shadow map of RenderRequest::light_map_size, light data itself.
+  // kScatter needs it.
+  bool projects_map = false;
 };
 enum class PdsmConstruction : uint8_t {
   kTraversal,  // Algorithm 1 of the paper
@@ -74,7 +84,9 @@ struct SssmOptions {
   int sub_lights = 1;  // cells along each edge of the light, with a map each, 1..8
 };
 struct ShaftOptions {
-  int rows = 16;  // of 32 samples of the light each: 8, 16, 32 or 64
+  int rows = 0;              // of 32 samples of the light each: 8, 16, 32 or 64; 0: chosen
+  bool is_sparse = false;    // one pixel of each smooth block, and what is between them
+  float max_error = 0.002f;  // where rows are chosen: wanted mean over shadowed receivers, > 0
 };
 using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions,
                                    SssmOptions, ShaftOptions>;

@@ -128,7 +128,7 @@ struct RenderRequest {
   MethodOptions method;
   std::string method_reason;  // why this method, for the report
   std::vector<OutputKind> outputs;
-  int light_map_size = 512;  // texels a side of kSoftShadowMap, 16..8192
+  int light_map_size = 512;  // texels a side of kSoftShadowMap, and of the map that SSM projects, 16..8192
   Shading shading;
   std::optional<CertifyOptions> certify;
   uint32_t seed = 0;  // the points that sampled methods look from, the same for every light

@@ -71,6 +71,11 @@ absl::Status WarmUp(Renderer& renderer) {
   for (const MethodOptions& method :
        {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1}),
         MethodOptions(SsmOptions{.occluder_map_size = 16, .sub_lights = 1}),
+        MethodOptions(SsmOptions{.occluder_map_size = 16,
+        .sub_lights = 1,
+        .accumulation = SsmAccumulation::kScatter,
+        .blend = SsmBlend::kFp16Batched,
+        .projects_map = true}),
 
         MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kScatter, PdsmLayout::kIndexed}),
         MethodOptions(PdsmOptions{4, 16, 16, 0.2f, PdsmConstruction::kSlices, PdsmLayout::kVolume}),

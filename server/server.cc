@@ -67,6 +67,7 @@ class WiredServer final : public Server {
         cache_(options.scene_cache_mb << 20, [this](const std::string& name) { workers_.ForgetScene(name); }),
         queue_(options.limits.queue, options.contexts),
         in_flight_(options.in_flight_mb << 20),
+        results_(options.result_cache_mb << 20),
         pool_(kPoolThreads),
         scene_pool_(kScenePoolThreads),
         disk_pool_(kDiskPoolThreads),
@@ -101,6 +102,7 @@ class WiredServer final : public Server {
     plant_.pool = &pool_;
     plant_.encode_pool = &encode_pool_;
     plant_.in_flight = &in_flight_;
+    plant_.results = &results_;
     plant_.stream_stall = std::chrono::seconds(options_.stream_stall_s);
     plant_.queue = &queue_;
     plant_.limits = options_.limits;
@@ -138,9 +140,9 @@ class WiredServer final : public Server {
     }
     SetLimits(options_.limits, info.mutable_limits());
     for (const std::string& method : RegisteredMethods()) info.add_methods(method);
-    for (const char* feature :
-         {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene", "list_scenes",
-          "delete_scene", "render", "render_stream", "get_server_info", "get_statistics"}) {
+    for (const char* feature : {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene",
+                                "list_scenes", "delete_scene", "render", "render_stream", "plan_render",
+                                "query_visibility", "get_server_info", "get_statistics"}) {
       info.add_features(feature);
     }
     return info;
@@ -180,6 +182,7 @@ class WiredServer final : public Server {
   RenderPlant plant_;
   RenderQueue queue_;
   ByteBudget in_flight_;
+  ResultCache results_;
   GlWorkerPool workers_;  // outlives the pools
   CpuPool pool_;
   CpuPool scene_pool_;

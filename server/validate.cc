@@ -310,7 +310,8 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
   }
   if (const auto* ssm = std::get_if<SsmOptions>(&request.method)) {
-    add(ssm->occluder_map_size, ssm->passes, ssm->sub_lights, ssm->bins, ssm->measures_coverage);
+    add(ssm->occluder_map_size, ssm->passes, ssm->sub_lights, ssm->bins, ssm->measures_coverage, ssm->accumulation,
+        ssm->blend, ssm->projects_map);
   }
   if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
     add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter,
@@ -320,7 +321,9 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,
         sssm->thresholds, sssm->sub_lights);
   }
-  if (const auto* shaft = std::get_if<ShaftOptions>(&request.method)) add(shaft->rows);
+  if (const auto* shaft = std::get_if<ShaftOptions>(&request.method)) {
+    add(shaft->rows, shaft->is_sparse, shaft->max_error);
+  }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);

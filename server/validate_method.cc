@@ -88,10 +88,13 @@ absl::Status CheckSsmChoices(const v1::SsmOptions& asked) {
     return FieldError("method.ssm.blend", std::to_string(asked.blend()) + "; no such blend");
   }
   if (asked.accumulation() == v1::SSM_ACCUMULATION_SCATTER) {
-    return NotAvailable("method.ssm.accumulation", "SCATTER");
-  }
-  if (asked.resolve() == v1::SSM_RESOLVE_MAP) return NotAvailable("method.ssm.resolve", "MAP");
-  if (asked.blend() != v1::SSM_BLEND_UNSPECIFIED) {
+    if (asked.resolve() == v1::SSM_RESOLVE_PIXELS) {
+      return FieldError("method.ssm.resolve", "SSM_RESOLVE_PIXELS; must be MAP, which accumulation SCATTER draws");
+    }
+    if (asked.has_bins()) {
+      return FieldError("method.ssm.bins", std::to_string(asked.bins()) + "; needs accumulation BINNED");
+    }
+  } else if (asked.blend() != v1::SSM_BLEND_UNSPECIFIED) {
     return FieldError("method.ssm.blend", v1::SsmBlend_Name(asked.blend()) + "; needs accumulation SCATTER");
   }
   return absl::OkStatus();
@@ -100,6 +103,15 @@ absl::Status CheckSsmChoices(const v1::SsmOptions& asked) {
 absl::StatusOr<SsmOptions> CheckSsm(const v1::SsmOptions& asked) {
   RETURN_IF_ERROR(CheckSsmChoices(asked));
   SsmOptions options;
+  options.projects_map = asked.resolve() == v1::SSM_RESOLVE_MAP;
+  if (asked.accumulation() == v1::SSM_ACCUMULATION_SCATTER) {  // as printed, unless told otherwise
+    options.accumulation = SsmAccumulation::kScatter;
+    options.projects_map = true;
+    options.sub_lights = 1;
+    options.measures_coverage = false;
+  }
+  if (asked.blend() == v1::SSM_BLEND_FP16) options.blend = SsmBlend::kFp16;
+  if (asked.blend() == v1::SSM_BLEND_FP16_BATCHED) options.blend = SsmBlend::kFp16Batched;
   if (asked.occluder_map_size() != 0) {
     RETURN_IF_ERROR(
         CheckRange("method.ssm.occluder_map_size", asked.occluder_map_size(), kMinMapSize, kMaxOccluderMapSize));
@@ -206,7 +218,7 @@ absl::StatusOr<ShaftOptions> CheckShaft(const v1::ShaftOptions& asked) {
     }
     options.rows = int(rows);
   }
-  if (asked.sparse()) return NotAvailable("method.shaft.sparse", "the sparse form");
+  options.is_sparse = asked.sparse();
   return options;
 }
 

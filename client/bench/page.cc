@@ -120,11 +120,12 @@ absl::StatusOr<std::string> CaseSection(const CaseResult& result) {
 }
 
 // A joined line of one figure of a curve, into the plot of its work.
-void AddLine(const Curve& curve, const std::vector<double>& figures, const char* figure, const char* unit, Plot* plot) {
+void AddLine(const Curve& curve, const std::string& name, const std::vector<double>& figures, const char* figure,
+             const char* unit, Plot* plot) {
   plot->x_title = curve.work;
   plot->y_title = figure;
   PlotSeries& series = plot->series.emplace_back();
-  series.name = curve.setting.method;
+  series.name = name;
   series.is_joined = true;
   for (size_t i = 0; i < figures.size(); ++i) {
     series.points.push_back(
@@ -134,6 +135,8 @@ void AddLine(const Curve& curve, const std::vector<double>& figures, const char*
 
 std::string CurvesSection(const std::vector<Curve>& curves) {
   std::map<std::string, Plot> costs, errors;
+  std::map<std::pair<std::string, std::string>, int> lines;  // of a work and a method
+  for (const Curve& curve : curves) ++lines[{curve.work, curve.setting.method}];
   std::string html =
       "<section><h2>Cost and error against work</h2><table><tr><th class=l>work<th class=l>method<th>exponent</tr>";
   for (const Curve& curve : curves) {
@@ -141,9 +144,11 @@ std::string CurvesSection(const std::vector<Curve>& curves) {
                     "<td class=l>", HtmlText(Name(curve.setting)), "<td>",
                     curve.failure.empty() ? absl::StrFormat("%.2f", curve.exponent) : HtmlText(curve.failure), "</tr>");
     if (!curve.failure.empty()) continue;
-    AddLine(curve, curve.cpu_ms, "shadow cost, CPU-ms of all threads", " ms", &costs[curve.work]);
+    const bool is_alone = lines[{curve.work, curve.setting.method}] == 1;
+    const std::string name = is_alone ? curve.setting.method : Name(curve.setting);
+    AddLine(curve, name, curve.cpu_ms, "shadow cost, CPU-ms of all threads", " ms", &costs[curve.work]);
     if (curve.mae_shadowed.empty()) continue;
-    AddLine(curve, curve.mae_shadowed, "mean |error| over shadowed pixels", "", &errors[curve.work]);
+    AddLine(curve, name, curve.mae_shadowed, "mean |error| over shadowed pixels", "", &errors[curve.work]);
   }
   html += "</table>";
   for (const auto& [work, plot] : costs) {

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kWidth = 560, kHeight = 360;
 constexpr double kLeft = 64, kRight = 130, kTop = 12, kBottom = 44;
+constexpr double kLetter = 6;           // about, across
+constexpr size_t kLettersInRight = 16;  // of a name; a longer one makes the picture wider
 // Distinct on white, also for the color-blind (Okabe and Ito 2008).
 constexpr const char* kColors[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                    "#e69f00", "#56b4e9", "#000000", "#999933"};
@@ -57,9 +59,12 @@ std::string ToSvg(const Plot& plot) {
   Axis y{.from = kHeight - kBottom, .to = kTop};
   x.Fit(all_x);
   y.Fit(all_y);
+  size_t letters = kLettersInRight;
+  for (const PlotSeries& series : plot.series) letters = std::max(letters, series.name.size());
+  const double width = kWidth + kLetter * double(letters - kLettersInRight);
   std::string svg =
-      absl::StrFormat("<svg viewBox='0 0 %g %g' width='%g' height='%g' font-family='sans-serif' font-size='11'>",
-                      kWidth, kHeight, kWidth, kHeight);
+      absl::StrFormat("<svg viewBox='0 0 %g %g' width='%g' height='%g' font-family='sans-serif' font-size='11'>", width,
+                      kHeight, width, kHeight);
   for (int decade = x.low; decade <= x.high; ++decade) {
     const double at = x.At(std::pow(10.0, decade));
     svg += Line(at, kTop, at, kHeight - kBottom, "stroke:#ddd");

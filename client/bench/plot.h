@@ -24,7 +24,8 @@ struct Plot {
   std::vector<PlotPoint> front;  // a stepped line under everything; may be empty
 };
 
-// An <svg> element of 560 x 360 with decades as grid lines. Points that are not > 0 are left out.
+// An <svg> element of 560 x 360, wider where a name is long, with decades as grid lines. Points that are not > 0 are
+// left out.
 std::string ToSvg(const Plot& plot);
 
 // Text for HTML: & < > " escaped.

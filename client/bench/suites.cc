@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <glm/gtc/matrix_transform.hpp>
 #include <map>
 
 #include "client/exit_code.h"
@@ -27,6 +28,7 @@ constexpr uint32_t kWidth = 640, kHeight = 360;
 struct SettingText {
   const char* method;
   std::vector<std::string> options;  // "key=value"
+  int filter_radius = 0;
 };
 
 absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>& texts,
@@ -37,6 +39,14 @@ absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>
     Setting& setting = settings.emplace_back();
     setting.method = text.method;
     setting.label = absl::StrJoin(text.options, " ");
+    setting.filter_radius = text.filter_radius;
+    const bool is_adaptive = std::find(text.options.begin(), text.options.end(), "adaptive=true") != text.options.end();
+    setting.family = absl::StrCat(text.method, is_adaptive ? " adaptive" : "");
+    if (text.filter_radius > 0) {
+      const int side = 2 * text.filter_radius + 1;
+      absl::StrAppend(&setting.label, " filter ", side, "x", side);
+      absl::StrAppend(&setting.family, " filtered");
+    }
     const auto* field = v1::Method::descriptor()->FindFieldByName(text.method);
     google::protobuf::Message* options = setting.options.GetReflection()->MutableMessage(&setting.options, field);
     for (const std::string& option : text.options) {
@@ -132,10 +142,46 @@ std::vector<SettingText> SssmSettings() {
     add("sssm", {"sub_lights=2"});
   }
   const std::vector<std::string> large = {"blocker_taps=29", "filter_taps=41"};
-  settings.push_back({"pcss", {large[0], large[1], "weights=GAUSSIAN"}});
-  settings.push_back({"sssm", {large[0], large[1], "weights=GAUSSIAN"}});
+  settings.push_back({"ssm", {"sub_lights=1", "occluder_map_size=512"}});
   settings.push_back({"pcss", {large[0], large[1], "map_size=4096"}});
   settings.push_back({"sssm", {large[0], large[1], "map_size=4096", "weights=MEAN"}});
+  return settings;
+}
+
+// SHAFT and whatever a user would take instead.
+std::vector<SettingText> ShaftSettings() {
+  std::vector<SettingText> settings;
+  for (const char* rows : {"rows=8", "rows=16", "rows=32", "rows=64"}) {
+    settings.push_back({"shaft", {rows}});
+    settings.push_back({"shaft", {rows, "sparse=true"}});
+  }
+  for (const char* rays : {"rays=1", "rays=4", "rays=16"}) {
+    settings.push_back({"ray", {rays}});
+    settings.push_back({"ray", {rays}, 1});
+    settings.push_back({"ray", {rays}, 2});
+  }
+  for (const char* rays : {"rays=64", "rays=256", "rays=1024"}) settings.push_back({"ray", {rays}});
+  for (const char* stop : {"stop_error=0.03", "stop_error=0.01", "stop_error=0.003", "stop_error=0.001"}) {
+    settings.push_back({"ray", {"rays=1024", "adaptive=true", stop}});
+  }
+  for (const char* k : {"k=4", "k=16", "k=64", "k=256"}) settings.push_back({"multi_map", {k, "map_size=512"}});
+  settings.push_back({"multi_map", {"k=64", "map_size=256"}});
+  settings.push_back({"pcss", {"blocker_taps=7", "filter_taps=15", "map_size=512"}});
+  settings.push_back({"pcss", {"blocker_taps=7", "filter_taps=15"}});
+  settings.push_back({"pcss", {"blocker_taps=11", "filter_taps=21"}});
+  settings.push_back({"pcss", {"blocker_taps=29", "filter_taps=41"}});
+  return settings;
+}
+
+// Table 6: Gaussian weights, against lights that are weighed alike.
+std::vector<SettingText> GaussianSettings() {
+  const std::vector<std::string> large = {"blocker_taps=29", "filter_taps=41", "weights=GAUSSIAN"};
+  std::vector<SettingText> settings = {{"pcss", large}};
+  for (const char* threshold : {"0.01", "0.1", "0.5"}) {
+    SettingText& sssm = settings.emplace_back(SettingText{"sssm", large});
+    sssm.options.push_back(absl::StrCat("alpha=", threshold));
+    sssm.options.push_back(absl::StrCat("beta=", threshold));
+  }
   return settings;
 }
 
@@ -160,6 +206,33 @@ const std::vector<SettingText>& PdsmSettings() {
   };
   return settings;
 }
+
+// On receivers alone: SSM's settings, each rival's at the sizes that it is cheapest at, and the paper's own form.
+std::vector<SettingText> SsmSettings() {
+  return {{"hard", {"map_size=1024"}},
+          {"pcss", {"blocker_taps=11", "filter_taps=21"}},
+          {"ssm", {}},
+          {"ssm", {"sub_lights=1", "occluder_map_size=256"}},
+          {"ssm", {"sub_lights=2", "occluder_map_size=256"}},
+          {"ssm", {"sub_lights=4", "occluder_map_size=256"}},
+          {"ssm", {"sub_lights=4", "occluder_map_size=512"}},
+          {"ssm", {"sub_lights=4", "occluder_map_size=256", "resolve=MAP"}},
+          {"multi_map", {"k=16", "map_size=256"}},
+          {"multi_map", {"k=16", "map_size=512"}},
+          {"multi_map", {"k=64", "map_size=256"}},
+          {"multi_map", {"k=64", "map_size=512"}},
+          {"multi_map", {"k=256", "map_size=512"}},
+          {"ray", {"rays=16"}},
+          {"ray", {"rays=64"}},
+          {"ray", {"rays=256"}},
+          {"ray", {"rays=1024"}}};
+}
+
+// Atty et al. 2006, as printed: one view of the light, a soft shadow map of 512 x 512, and what takes the scatter's
+// place at the same patches.
+const SettingText kScatter = {"ssm", {"accumulation=SCATTER"}};
+const SettingText kScatterTwice = {"ssm", {"accumulation=SCATTER", "passes=2"}};
+const SettingText kBinnedMap = {"ssm", {"resolve=MAP", "sub_lights=1", "coverage=false"}};
 
 const std::vector<SettingText>& CurveSettings() {
   static const std::vector<SettingText> settings = {
@@ -208,6 +281,8 @@ struct MadeCase {
   uint32_t triangles = 0;
   uint32_t width = kWidth, height = kHeight;
   int lights = 1;
+  bool receivers_alone = false;  // what casts has no shadow: errors and costs are those of the ground
+  glm::dvec3 moved_m{0};         // what casts
 };
 
 Case MakeCase(const MadeCase& made) {
@@ -226,10 +301,25 @@ Case MakeCase(const MadeCase& made) {
     v1::Vec3* center = result.request.mutable_lights(i)->mutable_center();
     center->set_x(center->x() + 0.1 * i);
   }
+  for (uint32_t node = 0; made.receivers_alone && node < scene.meshes.size(); ++node) {
+    v1::NodeOverride* caster = result.request.add_node_overrides();
+    caster->set_index(node);
+    caster->set_receives(false);
+    if (made.moved_m == glm::dvec3(0)) continue;
+    const glm::mat4 moved = glm::translate(glm::mat4(1), glm::vec3(made.moved_m));
+    caster->mutable_transform()->Add(&moved[0][0], &moved[0][0] + 16);
+  }
   result.request.set_scene(result.files.name);
   result.request.set_width(made.width);
   result.request.set_height(made.height);
   return result;
+}
+
+Case Weighed(Case bench_case, const std::vector<Setting>& settings) {
+  bench_case.name += ", Gaussian";
+  bench_case.is_gaussian = true;
+  bench_case.settings = settings;
+  return bench_case;
 }
 
 // The same settings at every step.
@@ -259,8 +349,68 @@ absl::StatusOr<CurvePlan> MakeOptionCurve(const std::string& option, const std::
   return plan;
 }
 
-absl::StatusOr<std::vector<CurvePlan>> FullCurves(const std::vector<std::string>& methods) {
-  ASSIGN_OR_RETURN(const std::vector<Setting> settings, MakeSettings(CurveSettings(), methods));
+// The figures of Atty et al. 2006 as curves, errors on receivers.
+absl::StatusOr<std::vector<CurvePlan>> SsmCurves(const std::vector<std::string>& methods) {
+  std::vector<CurvePlan> curves;
+  const std::vector<double> sizes = {32, 64, 128, 192, 256, 384, 512};
+  const std::vector<SettingText> paper = {kScatter, kScatterTwice, kBinnedMap};
+  // Figure 17, and the price of the second pass.
+  for (const char* scene : {"S1", "S2"}) {
+    ASSIGN_OR_RETURN(curves.emplace_back(), MakeOptionCurve("occluder_map_size", sizes,
+                                                            {.scene = scene, .receivers_alone = true}, paper, methods));
+    curves.back().work = absl::StrCat("occluder_map_size, ", scene);
+  }
+  // Beyond the paper: cells of the light, both layers of each, and what the scatter lacks, the sum to one.
+  for (const char* scene : {"S2", "S3", "S5"}) {
+    ASSIGN_OR_RETURN(curves.emplace_back(),
+                     MakeOptionCurve("sub_lights", {1, 2, 4}, {.scene = scene, .receivers_alone = true},
+                                     {{"ssm", {"occluder_map_size=256"}},
+                                      {"ssm", {"occluder_map_size=256", "passes=2"}},
+                                      {"ssm", {"occluder_map_size=256", "accumulation=SCATTER", "coverage=true"}}},
+                                     methods));
+    curves.back().work = absl::StrCat("sub_lights, ", scene);
+  }
+  // Figure 14: formats.
+  ASSIGN_OR_RETURN(curves.emplace_back(), MakeOptionCurve("occluder_map_size", {128, 256, 512},
+                                                          {.scene = "S2", .light_share = 0.5, .receivers_alone = true},
+                                                          {{"ssm", {"accumulation=SCATTER", "blend=FP32"}},
+                                                           {"ssm", {"accumulation=SCATTER", "blend=FP16"}},
+                                                           {"ssm", {"accumulation=SCATTER", "blend=FP16_BATCHED"}}},
+                                                          methods));
+  curves.back().work = "occluder_map_size, formats, light .5";
+  // Figures 18 to 20, 22 to 24: the light's size, the occluder's place, polygons.
+  const std::vector<SettingText> sized = {
+      {"ssm", {"accumulation=SCATTER", "occluder_map_size=256"}},
+      {"ssm", {"accumulation=SCATTER", "occluder_map_size=128"}},
+      {"ssm", {"resolve=MAP", "sub_lights=1", "coverage=false", "occluder_map_size=256"}},
+      {"ssm", {"sub_lights=2", "occluder_map_size=256"}}};
+  ASSIGN_OR_RETURN(const std::vector<Setting> settings, MakeSettings(sized, methods));
+  std::vector<std::pair<double, MadeCase>> lights, sideways, upwards, polygons;
+  for (const double share : {0.01, 0.05, 0.1, 0.2, 0.5, 1.0}) {
+    lights.push_back({share, {.scene = "S2", .light_share = share, .receivers_alone = true}});
+  }
+  for (const double x : {0.01, 0.2, 0.4, 0.8, 1.2}) {
+    sideways.push_back({x, {.scene = "S2", .receivers_alone = true, .moved_m = {x, 0, 0}}});
+  }
+  for (const double y : {0.01, 0.2, 0.4, 0.8, 1.2}) {
+    upwards.push_back({y, {.scene = "S2", .receivers_alone = true, .moved_m = {0, y, 0}}});
+  }
+  for (const uint32_t count : {1000u, 10000u, 100000u, 340000u}) {
+    polygons.push_back({double(count), {.scene = "S6", .triangles = count, .receivers_alone = true}});
+  }
+  curves.push_back(MakeCurve("light size, S2", lights, settings));
+  curves.push_back(MakeCurve("metres sideways, S2", sideways, settings));
+  curves.push_back(MakeCurve("metres upwards, S2", upwards, settings));
+  curves.push_back(MakeCurve("triangles, S6", polygons, settings));
+  for (CurvePlan& curve : curves) {
+    curve.measures_error = true;
+    curve.repetitions = 1;  // of seconds each
+  }
+  return curves;
+}
+
+// Against triangles, light size, pixels and lights.
+std::vector<CurvePlan> WorkCurves(const std::vector<Setting>& settings) {
   std::vector<CurvePlan> curves;
   curves.push_back(MakeCurve("triangles",
                              {{1e3, {.scene = "S6", .triangles = 1000}},
@@ -285,6 +435,12 @@ absl::StatusOr<std::vector<CurvePlan>> FullCurves(const std::vector<std::string>
                               {4, {.scene = "S5", .width = 320, .height = 180, .lights = 4}},
                               {16, {.scene = "S5", .width = 320, .height = 180, .lights = 16}}},
                              settings));
+  return curves;
+}
+
+absl::StatusOr<std::vector<CurvePlan>> FullCurves(const std::vector<std::string>& methods) {
+  ASSIGN_OR_RETURN(const std::vector<Setting> settings, MakeSettings(CurveSettings(), methods));
+  std::vector<CurvePlan> curves = WorkCurves(settings);
   ASSIGN_OR_RETURN(CurvePlan map_size, MakeOptionCurve("map_size", {128, 256, 512, 1024, 2048, 4096}, {.scene = "S2"},
                                                        {{"hard", {}}, {"pcss", {}}, {"multi_map", {"k=16"}}}, methods));
   curves.push_back(std::move(map_size));
@@ -324,8 +480,35 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
       suite.cases.push_back(std::move(trees));
     }
     ASSIGN_OR_RETURN(suite.settings, MakeSettings(SssmSettings(), methods));
+    ASSIGN_OR_RETURN(const std::vector<Setting> gaussian, MakeSettings(GaussianSettings(), methods));
+    for (size_t i = 0, count = suite.cases.size(); i < count; ++i) {
+      suite.cases.push_back(Weighed(suite.cases[i], gaussian));
+    }
     suite.effort.reference_rays = 1024;
     suite.effort.measures_warm = false;
+    return suite;
+  }
+  if (name == "shaft") {
+    for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6", "S7"}) {
+      for (const double share : {0.05, 0.2, 0.5}) {
+        suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
+        suite.cases.back().is_dense = std::string(scene) >= "S6";
+      }
+    }
+    if (!scene_folder.empty()) {
+      for (const char* view : {"spot", "graveyard", "camp", "trees_masked", "nefertiti", "flight_helmet"}) {
+        ASSIGN_OR_RETURN(Case real, CaseOfView(fs::path(scene_folder) / "views" / absl::StrCat(view, ".json")));
+        real.is_dense = std::string(view) == "nefertiti" || std::string(view) == "flight_helmet";
+        suite.cases.push_back(std::move(real));
+      }
+    }
+    ASSIGN_OR_RETURN(suite.settings, MakeSettings(ShaftSettings(), methods));
+    ASSIGN_OR_RETURN(
+        const std::vector<Setting> curve_settings,
+        MakeSettings({{"shaft", {"rows=16"}}, {"shaft", {"rows=8", "sparse=true"}}, {"ray", {"rays=16"}}}, methods));
+    suite.curves = WorkCurves(curve_settings);
+    suite.effort = {.repetitions = 7, .reference_rays = 4096, .measures_warm = false};
+    suite.judged = "shaft";
     return suite;
   }
   if (name == "pdsm") {
@@ -346,7 +529,21 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     suite.effort = {.repetitions = 3, .reference_rays = 1024, .measures_warm = true};
     return suite;
   }
-  if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, sssm and pdsm"));
+  if (name == "ssm") {
+    for (const char* scene : {"S1", "S2", "S3", "S4", "S5"}) {
+      for (const double share : {0.05, 0.2, 0.5}) {
+        suite.cases.push_back(MakeCase({.scene = scene, .light_share = share, .receivers_alone = true}));
+      }
+    }
+    ASSIGN_OR_RETURN(suite.settings, MakeSettings(SsmSettings(), methods));
+    ASSIGN_OR_RETURN(suite.curves, SsmCurves(methods));
+    suite.effort.repetitions = 3;
+    suite.effort.measures_warm = false;
+    return suite;
+  }
+  if (name != "full") {
+    return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, pdsm, shaft, ssm and sssm"));
+  }
   for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
     for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
   }
@@ -366,6 +563,8 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
 absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
   Suite suite;
   suite.cases.push_back(MakeCase({.scene = "S3", .width = 64, .height = 36}));
+  ASSIGN_OR_RETURN(const std::vector<Setting> gaussian, MakeSettings(GaussianSettings(), methods));
+  suite.cases.push_back(Weighed(suite.cases[0], gaussian));
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
   ASSIGN_OR_RETURN(const std::vector<Setting> curve_settings, MakeSettings(CurveSettings(), methods));
   suite.curves.push_back(MakeCurve(
@@ -375,7 +574,10 @@ absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
       CurvePlan map_size,
       MakeOptionCurve("map_size", {64, 128}, {.scene = "S3", .width = 64, .height = 36}, {{"hard", {}}}, methods));
   suite.curves.push_back(std::move(map_size));
+  ASSIGN_OR_RETURN(const std::vector<Setting> filtered, MakeSettings({{"ray", {"rays=4"}, 2}}, methods));
+  suite.settings.insert(suite.settings.end(), filtered.begin(), filtered.end());
   suite.effort = {.repetitions = 1, .reference_rays = 64, .measures_warm = true};
+  suite.judged = "shaft";
   return suite;
 }
 

@@ -18,6 +18,8 @@ Format Describe(GLenum format) {
   switch (format) {
     case GL_R32F:
       return {4, GL_RED, 1};
+    case GL_R16F:
+      return {2, GL_RED, 1};
     case GL_RG32F:
       return {8, GL_RG, 2};
     case GL_RGBA32F:

@@ -20,7 +20,7 @@ class Texture : public Handle<DeleteTexture> {
   static absl::StatusOr<Texture> Create2DWithMips(const Context& context, GLenum format, int width, int height);
 
   void Bind(int unit) const;
-  // Reads level 0 of an R32F, RG32F, RGBA32F or depth texture: [height][width][channels], `count` floats in all
+  // Reads level 0 of an R16F, R32F, RG32F, RGBA32F or depth texture: [height][width][channels], `count` floats in all
   // (asserted). Waits for the drawing.
   absl::Status ReadFloats(float* values, size_t count) const;
 

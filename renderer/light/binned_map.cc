@@ -61,7 +61,9 @@ absl::StatusOr<BinnedMap> DrawBinnedMap(const DrawContext& draw, std::shared_ptr
   } else {
     RETURN_IF_ERROR(ReadFurthest(draw, *occluders, map, map.depths.data(), texels));
   }
-  map.tables = BuildDepthTables(map.depths.data(), options.size, options.texels_per_patch, options.slabs);
+  if (options.slabs > 0) {
+    map.tables = BuildDepthTables(map.depths.data(), options.size, options.texels_per_patch, options.slabs);
+  }
   if (map.side_slope > 0) map.all_sides = std::move(maps);
   return map;
 }

@@ -24,7 +24,7 @@ enum class OccluderLayer : uint8_t {
 struct BinnedMapOptions {
   int size = 256;            // patches a side
   int texels_per_patch = 2;  // along a side: 1, 2 or 4. More than 1: a patch's coverage is measured
-  int slabs = 4;
+  int slabs = 4;             // 0: no tables
   OccluderLayer layer = OccluderLayer::kNearest;
 };
 

@@ -28,6 +28,17 @@ std::string LightDataKey(const std::string& scene_name, const RenderRequest& req
   return key;
 }
 
+std::string ReceiverMapKey(const RenderRequest& request) {
+  std::string key;
+  Append(&key, request.light_map_size, request.ground.has_value());
+  // The ground lies under the camera's target.
+  if (request.ground) Append(&key, request.ground->height_m, request.ground->size_m, request.camera.target_ws);
+  for (const NodeOverride& change : request.node_overrides) {
+    if (!change.is_visible) Append(&key, change.node);
+  }
+  return key;
+}
+
 std::string CastersKey(const std::string& scene_name, const RenderRequest& request) {
   std::string key = LightDataPrefix(scene_name);
   Append(&key, request.scene_index);

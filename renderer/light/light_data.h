@@ -29,6 +29,8 @@ class LightData {
 std::string LightDataKey(const std::string& scene_name, const RenderRequest& request, const AreaLight& side,
                          const std::string& method, const std::string& options);
 std::string LightDataPrefix(const std::string& scene_name);
+// What light data of a ReceiverMap depends on besides, as bytes.
+std::string ReceiverMapKey(const RenderRequest& request);
 // The same of what casts, wherever the light is: begins with LightDataPrefix(scene_name).
 std::string CastersKey(const std::string& scene_name, const RenderRequest& request);
 

@@ -1,6 +1,8 @@
 // Where visibility is wanted, and the textures it comes back in.
 #pragma once
 
+#include <vector>
+
 #include "renderer/gl/program.h"
 #include "renderer/gl/texture.h"
 #include "renderer/light/cpu_receivers.h"
@@ -22,6 +24,14 @@ struct Receivers {
   const gl::Texture* points = nullptr;   // RGBA32F, CpuReceivers::points; null for pixels
   const CpuReceivers* on_cpu = nullptr;  // the same in memory
   bool wants_blockers = false;           // OcclusionSum::blockers, of methods that know them
+};
+
+// What a light's centre sees of the receivers (renderer/plan/light_grid.h says of which).
+struct ReceiverMap {
+  Receivers receivers;         // size x size pixels of the light's view, row 0 at v0
+  glm::dvec4 window{0};        // u0, v0, u1, v1; square
+  std::vector<float> light_z;  // [size][size] metres, 0: nothing there
+  bool casts = false;          // what is seen occludes too
 };
 
 // The textures of receivers that come from memory.

@@ -88,7 +88,7 @@ absl::StatusOr<double> LargestFraction(const OcclusionSum& occlusion, size_t rec
     RETURN_IF_ERROR(std::get<gl::Texture>(occlusion.sums).ReadFloats(read_back.data(), read_back.size()));
     sums = &read_back;
   }
-  double largest = 0;
+  double largest = occlusion.largest_fraction;
   for (size_t i = 0; i < sums->size(); i += channels) {
     const float full = has_own_full_sums ? (*sums)[i + 1] : occlusion.full_sum;
     if (full > 0) largest = std::max(largest, double((*sums)[i] / full));

@@ -18,6 +18,7 @@
 #include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
+#include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/ray_scene.h"
 
@@ -37,12 +38,15 @@ struct MethodNeeds {
   bool ray_scene = false;         // LightInputs::ray_scene
   bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
   bool cpu_occluders = false;     // LightInputs::cpu_occluders
+  bool mesh_levels = false;       // CpuOccluders::levels
+  bool receiver_map = false;      // LightInputs::receiver_map: light data depends on what receives
 };
 
 struct LightInputs {
   std::shared_ptr<const OccludersOnContext> occluders;  // null unless needed
   std::shared_ptr<const RayScene> ray_scene;            // null unless needed
   std::shared_ptr<const CpuOccluders> cpu_occluders;    // null unless needed
+  const ReceiverMap* receiver_map = nullptr;            // null unless needed; lives no longer than the call
   AreaLight light;                                      // one-sided
   uint32_t seed = 0;
   // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
@@ -62,9 +66,16 @@ struct OcclusionSum {
   // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};
+  // Options that the request left open and that were chosen by what the receivers see, for the report.
+  std::vector<std::pair<std::string, std::string>> chosen_options = {};
+  // What the resolve was made of, where a method has passes worth telling apart; names are the method's own.
+  std::vector<PassReport> steps{};
+  // The largest hidden fraction before it was clamped, where light data did that; sums tell the others.
+  double largest_fraction = 0;
 };
 
-// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
+// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions) or at the resolve
+// (OcclusionSum::chosen_options).
 inline constexpr char kChosen[] = "auto";
 
 class ShadowMethod {

@@ -11,6 +11,14 @@ const std::vector<MethodThresholds>& Thresholds() {
   static const std::string kDots = "dots where facets are smaller than a texel (renderer/light/README.md)";
   static const std::string kHalfTexels = "the half texel of 1024 that an edge may stand off";
   static const std::string kSlice = "a shadow less than a slice behind its occluder is missed";
+  // Of soft shadow maps that are looked up: receivers alone.
+  static const std::string kMapTexels = "as ssm, and a texel of a map of 512 at the ends of ramps";
+  static const std::string kOneView = "one view of the light; its patches leave gaps and overlap";
+  static const std::string kTwice = kOneView + "; of two layers the larger error";
+  static const std::string kHalves = kOneView + "; sums of 16 bits";
+  static const std::string kOneSurface =
+      "a map has one surface for each direction: the ground behind what does not cast "
+      "gets the shadow of that";
   static const std::vector<MethodThresholds> thresholds = {
       {"hard",
        {
@@ -153,6 +161,82 @@ const std::vector<MethodThresholds>& Thresholds() {
            {"S6", 0.2, {0.0094, 0.082}, {0.011, 0.11}, "one average depth of knobs, and their far sides"},
            {"S7", 0.2, {0.014, 0.12}, {0.016, 0.22}, "one average depth of many stones"},
            {"S8", 0.2, {0.027, 0.48}, {0.026, 0.47}, "one average depth of slats, beams and posts"},
+       }},
+      {"ssm_map",
+       {
+           {"S1", 0.05, {0.00018, 0.011}, {}, kMapTexels},
+           {"S1", 0.2, {5e-05, 0.0043}, {}, kMapTexels},
+           {"S1", 0.5, {1.3e-05, 0.0022}, {}, kMapTexels},
+           {"S2", 0.05, {0.00088, 0.02}, {}, kMapTexels},
+           {"S2", 0.2, {0.00064, 0.0059}, {}, kMapTexels},
+           {"S2", 0.5, {0.0014, 0.0098}, {}, kMapTexels},
+           {"S3", 0.05, {0.0007, 0.0055}, {}, kMapTexels},
+           {"S3", 0.2, {0.00064, 0.0038}, {}, kMapTexels},
+           {"S3", 0.5, {0.0015, 0.019}, {}, kMapTexels},
+           {"S4", 0.05, {0.0021, 0.0065}, {}, kMapTexels},
+           {"S4", 0.2, {0.0011, 0.0088}, {}, kMapTexels},
+           {"S4", 0.5, {0.00092, 0.0057}, {}, kMapTexels},
+           {"S5", 0.2, {0.0045, 0.024}, {}, kMapTexels},
+           {"S6", 0.2, {0.00079, 0.0078}, {}, kMapTexels},
+           {"S7", 0.2, {0.0011, 0.015}, {}, kMapTexels},
+           {"S8", 0.2, {0.048, 1}, {}, kOneSurface},
+       }},
+      {"ssm_scatter",
+       {
+           {"S1", 0.05, {2.5e-05, 0.00063}, {}, kOneView},
+           {"S1", 0.2, {2.5e-05, 0.0018}, {}, kOneView},
+           {"S1", 0.5, {2.5e-05, 0.0022}, {}, kOneView},
+           {"S2", 0.05, {0.0074, 0.16}, {}, kOneView},
+           {"S2", 0.2, {0.013, 0.06}, {}, kOneView},
+           {"S2", 0.5, {0.033, 0.077}, {}, kOneView},
+           {"S3", 0.05, {0.011, 0.12}, {}, kOneView},
+           {"S3", 0.2, {0.005, 0.036}, {}, kOneView},
+           {"S3", 0.5, {0.012, 0.14}, {}, kOneView},
+           {"S4", 0.05, {0.013, 0.063}, {}, kOneView},
+           {"S4", 0.2, {0.0083, 0.043}, {}, kOneView},
+           {"S4", 0.5, {0.013, 0.067}, {}, kOneView},
+           {"S5", 0.2, {0.059, 0.31}, {}, kOneView},
+           {"S6", 0.2, {0.014, 0.083}, {}, kOneView},
+           {"S7", 0.2, {0.022, 0.12}, {}, kOneView},
+           {"S8", 0.2, {0.068, 1}, {}, kOneSurface},
+       }},
+      {"ssm_scatter_twice",
+       {
+           {"S1", 0.05, {2.5e-05, 0.00063}, {}, kTwice},
+           {"S1", 0.2, {2.5e-05, 0.0018}, {}, kTwice},
+           {"S1", 0.5, {2.5e-05, 0.0022}, {}, kTwice},
+           {"S2", 0.05, {0.0065, 0.14}, {}, kTwice},
+           {"S2", 0.2, {0.0082, 0.06}, {}, kTwice},
+           {"S2", 0.5, {0.022, 0.082}, {}, kTwice},
+           {"S3", 0.05, {0.0099, 0.12}, {}, kTwice},
+           {"S3", 0.2, {0.0087, 0.077}, {}, kTwice},
+           {"S3", 0.5, {0.014, 0.12}, {}, kTwice},
+           {"S4", 0.05, {0.013, 0.063}, {}, kTwice},
+           {"S4", 0.2, {0.0083, 0.043}, {}, kTwice},
+           {"S4", 0.5, {0.013, 0.067}, {}, kTwice},
+           {"S5", 0.2, {0.04, 0.21}, {}, kTwice},
+           {"S6", 0.2, {0.0085, 0.072}, {}, kTwice},
+           {"S7", 0.2, {0.015, 0.12}, {}, kTwice},
+           {"S8", 0.2, {0.063, 1}, {}, kOneSurface},
+       }},
+      {"ssm_scatter_batched",
+       {
+           {"S1", 0.05, {0.0017, 0.0025}, {}, kHalves},
+           {"S1", 0.2, {0.0031, 0.0045}, {}, kHalves},
+           {"S1", 0.5, {0.011, 0.02}, {}, kHalves},
+           {"S2", 0.05, {0.0085, 0.16}, {}, kHalves},
+           {"S2", 0.2, {0.016, 0.059}, {}, kHalves},
+           {"S2", 0.5, {0.038, 0.081}, {}, kHalves},
+           {"S3", 0.05, {0.012, 0.12}, {}, kHalves},
+           {"S3", 0.2, {0.0076, 0.035}, {}, kHalves},
+           {"S3", 0.5, {0.015, 0.15}, {}, kHalves},
+           {"S4", 0.05, {0.013, 0.062}, {}, kHalves},
+           {"S4", 0.2, {0.0094, 0.046}, {}, kHalves},
+           {"S4", 0.5, {0.014, 0.065}, {}, kHalves},
+           {"S5", 0.2, {0.06, 0.31}, {}, kHalves},
+           {"S6", 0.2, {0.017, 0.087}, {}, kHalves},
+           {"S7", 0.2, {0.024, 0.12}, {}, kHalves},
+           {"S8", 0.2, {0.069, 1}, {}, kOneSurface},
        }},
       {"shaft", {{"S5", 0.2, {0.0012, 0}, {0.00094, 0}, kLeaves}}},
   };

@@ -50,11 +50,30 @@ std::vector<ValidateRow> MethodRows() {
        "method.ssm.blend: 9; no such blend"},
       {"SsmBlendWithoutScatter", [](Request& r) { r.mutable_method()->mutable_ssm()->set_blend(v1::SSM_BLEND_FP16); },
        bad, "method.ssm.blend: SSM_BLEND_FP16; needs accumulation SCATTER"},
+      {"SsmScatterToPixels",
+       [](Request& r) {
+         r.mutable_method()->mutable_ssm()->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+         r.mutable_method()->mutable_ssm()->set_resolve(v1::SSM_RESOLVE_PIXELS);
+       },
+       bad, "method.ssm.resolve: SSM_RESOLVE_PIXELS; must be MAP"},
+      {"SsmScatterWithBins",
+       [](Request& r) {
+         r.mutable_method()->mutable_ssm()->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+         r.mutable_method()->mutable_ssm()->set_bins(4);
+       },
+       bad, "method.ssm.bins: 4; needs accumulation BINNED"},
       {"SsmScatter",
-       [](Request& r) { r.mutable_method()->mutable_ssm()->set_accumulation(v1::SSM_ACCUMULATION_SCATTER); }, later,
-       "method.ssm.accumulation: SCATTER"},
-      {"SsmMap", [](Request& r) { r.mutable_method()->mutable_ssm()->set_resolve(v1::SSM_RESOLVE_MAP); }, later,
-       "method.ssm.resolve: MAP"},
+       [](Request& r) {
+         v1::SsmOptions* ssm = r.mutable_method()->mutable_ssm();
+         ssm->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+         ssm->set_resolve(v1::SSM_RESOLVE_MAP);
+         ssm->set_blend(v1::SSM_BLEND_FP16_BATCHED);
+         ssm->set_passes(2);
+         ssm->set_sub_lights(8);
+         ssm->set_coverage(true);
+       },
+       ok, ""},
+      {"SsmMap", [](Request& r) { r.mutable_method()->mutable_ssm()->set_resolve(v1::SSM_RESOLVE_MAP); }, ok, ""},
       {"SsmAtItsLowerBounds",
        [](Request& r) {
          v1::SsmOptions* ssm = r.mutable_method()->mutable_ssm();
@@ -235,8 +254,7 @@ std::vector<ValidateRow> MethodRows() {
        "method.shaft.rows: 24; must be 8, 16, 32 or 64"},
       {"ShaftRowsHigh", [](Request& r) { r.mutable_method()->mutable_shaft()->set_rows(128); }, bad,
        "method.shaft.rows: 128; must be 8, 16, 32 or 64"},
-      {"ShaftSparse", [](Request& r) { r.mutable_method()->mutable_shaft()->set_sparse(true); }, later,
-       "method.shaft.sparse: "},
+      {"ShaftSparse", [](Request& r) { r.mutable_method()->mutable_shaft()->set_sparse(true); }, ok, ""},
       {"RaysZero", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(0); }, bad,
        "method.ray.rays: 0; must be 1 to 65536"},
       {"RaysOne", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(1); }, ok, ""},

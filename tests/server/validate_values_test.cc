@@ -285,6 +285,29 @@ TEST(ValidateRenderTest, ASceneCameraThatNoNodeHoldsIsRefused) {
               StatusIs(Code::kInvalidArgument, HasSubstr("camera.index: 0; no node of the scene holds this camera")));
 }
 
+TEST(ValidateRenderTest, ScatterIsAsPrintedUnlessToldOtherwise) {
+  v1::RenderRequest request = Good();
+  v1::SsmOptions* asked = request.mutable_method()->mutable_ssm();
+  const auto ssm = [&] { return std::get<SsmOptions>(ValidateRender(request, Scene(), Limits())->request.method); };
+  EXPECT_FALSE(ssm().projects_map);
+  EXPECT_EQ(ssm().sub_lights, 0);
+  EXPECT_TRUE(ssm().measures_coverage);
+  asked->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+  EXPECT_EQ(ssm().accumulation, SsmAccumulation::kScatter);
+  EXPECT_TRUE(ssm().projects_map);
+  EXPECT_EQ(ssm().sub_lights, 1);
+  EXPECT_FALSE(ssm().measures_coverage);
+  EXPECT_EQ(ssm().blend, SsmBlend::kFp32);
+  asked->set_blend(v1::SSM_BLEND_FP16_BATCHED);
+  asked->set_coverage(true);
+  asked->set_sub_lights(3);
+  EXPECT_EQ(ssm().blend, SsmBlend::kFp16Batched);
+  EXPECT_TRUE(ssm().measures_coverage);
+  EXPECT_EQ(ssm().sub_lights, 3);
+  asked->set_blend(v1::SSM_BLEND_FP16);
+  EXPECT_EQ(ssm().blend, SsmBlend::kFp16);
+}
+
 TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
   v1::RenderRequest request = Good();
   const auto key = [&] { return ContentKey(kScene, *ValidateRender(request, Scene(), Limits()), "1", "gl"); };
@@ -298,6 +321,15 @@ TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
   request.set_seed(0);
   request.mutable_method()->mutable_multi_map()->set_k(65);
   EXPECT_NE(first, key());
+  v1::SsmOptions* ssm = request.mutable_method()->mutable_ssm();
+  std::set<std::string> of_ssm = {key()};
+  ssm->set_resolve(v1::SSM_RESOLVE_MAP);
+  of_ssm.insert(key());
+  ssm->set_accumulation(v1::SSM_ACCUMULATION_SCATTER);
+  of_ssm.insert(key());
+  ssm->set_blend(v1::SSM_BLEND_FP16);
+  of_ssm.insert(key());
+  EXPECT_EQ(of_ssm.size(), 4u);
   request.clear_method();
   EXPECT_EQ(first, key());
   request.set_samples(4);

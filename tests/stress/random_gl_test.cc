@@ -71,6 +71,7 @@ TEST_P(RandomStressTest, RandomScenesLightsAndOptionsAreFiniteAndInRange) {
     request.height = 36;
     request.lights = {RandomLight(random)};
     request.seed = uint32_t(round);
+    request.light_map_size = 64;
     const std::vector<MethodOptions>& others = GetParam().others;
     // Now and then as other tests have it; that is dearer.
     request.method = others.empty() || random.Unit() < 0.05 ? GetParam().options : others[random.Below(others.size())];

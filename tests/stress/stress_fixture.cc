@@ -44,6 +44,9 @@ const std::map<std::string, std::string>& WhatMethodsCannot() {
       {"sets of occluders/ssm", "what one view of each of 2 x 2 sub-lights does not see of a second set: .06"},
       {"turned light/ssm",
        "depths of a turned map differ by an ulp, and with it what stands a quarter of a texel above a plane: 4e-6"},
+      {"sets of occluders/ssm_map", "as ssm"},
+      {"turned light/ssm_scatter_batched",
+       "batches follow the map's rows: turned they are others, and 16-bit sums round otherwise: .004"},
       {"sets of occluders/pcss",
        "blockers are averaged: a second occluder moves the depth that the first is filtered at, and a search with 7 x "
        "7 "

@@ -132,7 +132,19 @@ std::vector<TestMethod> TestMethods() {
        .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4},
        .others = {SsmOptions{.occluder_map_size = 16, .sub_lights = 1, .bins = 1, .measures_coverage = false},
                   SsmOptions{.occluder_map_size = 100, .passes = 2, .sub_lights = 3, .bins = 16},
-                  SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2}}},
+                  SsmOptions{.occluder_map_size = 64, .sub_lights = 8, .bins = 2},
+                  SsmOptions{.occluder_map_size = 64, .sub_lights = 2, .projects_map = true},
+                  SsmOptions{.occluder_map_size = 16,
+                             .sub_lights = 1,
+                             .measures_coverage = false,
+                             .accumulation = SsmAccumulation::kScatter,
+                             .projects_map = true},
+                  SsmOptions{.occluder_map_size = 16,
+                             .passes = 2,
+                             .sub_lights = 3,
+                             .accumulation = SsmAccumulation::kScatter,
+                             .blend = SsmBlend::kFp16Batched,
+                             .projects_map = true}}},
       {.name = "pdsm",
        .options = PdsmOptions{.k = 32, .eps = 0.016f},
        .fine = PdsmOptions{.k = 256},
@@ -180,7 +192,24 @@ std::vector<TestMethod> TestMethods() {
        .fine_samples = 512,
        .fine_step = (4 * (4.0 / 3 + 1) + 2) / 512,
        .shared_samples = 256,
-       .others = {ShaftOptions{32}, ShaftOptions{64}}}};
+       .others = {ShaftOptions{32}, ShaftOptions{64}, ShaftOptions{}, ShaftOptions{8, true}}}};
+}
+
+std::vector<TestMethod> SoftShadowMapForms() {
+  const SsmOptions scatter = {.occluder_map_size = 128,
+                              .sub_lights = 1,
+                              .measures_coverage = false,
+                              .accumulation = SsmAccumulation::kScatter,
+                              .projects_map = true};
+  SsmOptions twice = scatter, batched = scatter;
+  twice.passes = 2;
+  batched.blend = SsmBlend::kFp16Batched;
+  return {{.name = "ssm_map",
+           .options = SsmOptions{.occluder_map_size = 256, .sub_lights = 2, .projects_map = true},
+           .fine = SsmOptions{.occluder_map_size = 512, .sub_lights = 4, .projects_map = true}},
+          {.name = "ssm_scatter", .options = scatter},
+          {.name = "ssm_scatter_twice", .options = twice},
+          {.name = "ssm_scatter_batched", .options = batched}};
 }
 
 }  // namespace halfshade

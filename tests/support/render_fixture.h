@@ -57,6 +57,9 @@ struct TestMethod {
 inline void PrintTo(const TestMethod& method, std::ostream* out) { *out << method.name; }
 // One of each that is registered (tests/stress has the test that says so).
 std::vector<TestMethod> TestMethods();
+// SSM through a soft shadow map, gathered and as its paper prints it: what casts gets no shadow, so these have tests of
+// their own, over something that does not cast.
+std::vector<TestMethod> SoftShadowMapForms();
 inline std::string TestMethodName(const testing::TestParamInfo<TestMethod>& info) { return info.param.name; }
 
 }  // namespace halfshade

@@ -26,7 +26,9 @@ SsmChoice ChooseSsm(const SsmOptions& options, const AreaLight& light, const Occ
   SsmChoice choice;
   choice.sub_lights =
       options.sub_lights > 0 ? options.sub_lights : std::max(1, int(std::ceil(kMostSubLights * std::sqrt(wide))));
-  const double needed = share > 0 ? kPatchesInFootprint * choice.sub_lights / share : kMostMapSize;
+  // In a room z_near is what was clipped at the light's plane: no footprint is as wide as it says.
+  const bool is_known = share > 0 && !hull.NeedsSideWindows();
+  const double needed = is_known ? kPatchesInFootprint * choice.sub_lights / share : kMostMapSize;
   const int steps = int(std::ceil(std::min<double>(needed, kMostMapSize) / kMapSizeStep));
   choice.map_size =
       options.occluder_map_size > 0 ? options.occluder_map_size : std::max(kLeastMapSize, steps * kMapSizeStep);

@@ -33,6 +33,17 @@ TEST(ChooseSsmTest, WiderLightsTakeMoreSubLightsAndSmallerMaps) {
 
 TEST(ChooseSsmTest, ALineCountsAsItsLength) { EXPECT_EQ(ChooseFor(0, 0.5).sub_lights, ChooseFor(0.5, 0.5).sub_lights); }
 
+TEST(ChooseSsmTest, AWallThroughTheLightsPlaneTakesTheFinestMaps) {
+  AreaLight light;
+  light.width_m = light.height_m = 0.5;
+  OccluderHull hull(0.25, 0.25, 1e-4);
+  hull.AddPoint({-2, -2, 1e-4});
+  hull.AddPoint({2, 2, 3});
+  ASSERT_TRUE(hull.NeedsSideWindows());
+  EXPECT_EQ(ChooseSsm({}, light, hull).map_size, 512);
+  EXPECT_EQ(ChooseSsm({}, light, hull).sub_lights, 4);
+}
+
 TEST(ChooseSsmTest, WhatIsAskedForStays) {
   const SsmChoice choice = ChooseFor(0.5, 0.5, {.occluder_map_size = 77, .sub_lights = 7});
   EXPECT_EQ(choice.map_size, 77);
