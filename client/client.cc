@@ -273,6 +273,15 @@ absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& reque
   return response;
 }
 
+absl::StatusOr<v1::PlanRenderResponse> Client::PlanRender(const v1::PlanRenderRequest& plan, const SceneFiles* files) {
+  v1::PlanRenderResponse response;
+  RETURN_IF_ERROR(CallWithScene(plan.request().scene(), files, "plan",
+                                [&](v1::RenderService::Stub& stub, grpc::ClientContext* context) {
+                                  return stub.PlanRender(context, plan, &response);
+                                }));
+  return response;
+}
+
 absl::StatusOr<v1::QueryVisibilityResponse> Client::QueryVisibility(const v1::QueryVisibilityRequest& query,
                                                                     const SceneFiles* files) {
   v1::QueryVisibilityResponse response;

@@ -52,6 +52,9 @@ class Client {
   // it is uploaded first. The server's errors.
   absl::StatusOr<v1::RenderResponse> Render(const v1::RenderRequest& request, const SceneFiles* files);
 
+  // What Render would do, of plan.request.scene; `files` as for Render.
+  absl::StatusOr<v1::PlanRenderResponse> PlanRender(const v1::PlanRenderRequest& plan, const SceneFiles* files);
+
   // Visibility from points, of query.request.scene; `files` as for Render.
   absl::StatusOr<v1::QueryVisibilityResponse> QueryVisibility(const v1::QueryVisibilityRequest& query,
                                                               const SceneFiles* files);

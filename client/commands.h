@@ -41,6 +41,8 @@ struct CompareCommand {
 
 absl::Status RunCompare(const GlobalFlags& global, const CompareCommand& command);
 absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command);
+// What RunRender would do, and what it would leave out.
+absl::Status RunPlan(const GlobalFlags& global, const RenderFlags& flags);
 // Visibility of every light from the points of a CSV file (client/points_file.h): a line a point, a value a light.
 absl::Status RunQuery(const GlobalFlags& global, const RenderFlags& flags, const std::string& points_file);
 absl::Status RunUpload(const GlobalFlags& global, const std::string& file);

@@ -69,8 +69,9 @@ absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command) {
   bench::Results results;
   results.head = MakeHead(info, suite);
   for (const bench::Case& bench_case : suite.cases) {
+    const auto& settings = bench_case.settings.empty() ? suite.settings : bench_case.settings;
     ASSIGN_OR_RETURN(bench::CaseResult result,
-                     bench::MeasureCase(client, bench_case, suite.settings, suite.effort, session->progress()));
+                     bench::MeasureCase(client, bench_case, settings, suite.effort, session->progress()));
     results.cases.push_back(std::move(result));
   }
   for (const bench::CurvePlan& plan : suite.curves) {

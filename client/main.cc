@@ -23,7 +23,7 @@ struct CommandLine {
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"plan", "batch", "sample"};
+constexpr const char* kLater[] = {"batch", "sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -61,24 +61,33 @@ void AddSceneFlags(CLI::App* app, RenderFlags& flags) {
   app->add_option("--cache", flags.cache, "use or refresh");
 }
 
+// What renders and plans share.
+void AddPictureFlags(CLI::App* app, RenderFlags& flags) {
+  AddSceneFlags(app, flags);
+  app->add_option(
+         "-o,--output", flags.outputs,
+         "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers")
+      ->allow_extra_args(false);
+  auto* camera = app->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");
+  app->add_option("--camera-index", flags.camera_index, "a camera of the scene")->excludes(camera);
+  app->add_option("--ground", flags.ground, "'height=0 size=10 catcher'");
+  app->add_option("--size", flags.size, "WIDTHxHEIGHT in pixels");
+  app->add_option("--max-error", flags.max_error, "mean absolute error of visibility over shadowed pixels");
+  app->add_option("--max-latency", flags.max_latency_ms, "milliseconds");
+  app->add_option("--certify", flags.certify, "PIXELS,RAYS: measure the error");
+}
+
 void AddRender(CLI::App* app, CommandLine* line) {
   CLI::App* render = app->add_subcommand("render", "render a scene with soft shadows");
-  RenderFlags& flags = line->render.flags;
-  AddSceneFlags(render, flags);
-  render
-      ->add_option(
-          "-o,--output", flags.outputs,
-          "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers")
-      ->allow_extra_args(false);
-  auto* camera = render->add_option("--camera", flags.camera, "'eye=x,y,z target=x,y,z up=x,y,z fovy=45'");
-  render->add_option("--camera-index", flags.camera_index, "a camera of the scene")->excludes(camera);
-  render->add_option("--ground", flags.ground, "'height=0 size=10 catcher'");
-  render->add_option("--size", flags.size, "WIDTHxHEIGHT in pixels");
-  render->add_option("--max-error", flags.max_error, "mean absolute error of visibility over shadowed pixels");
-  render->add_option("--max-latency", flags.max_latency_ms, "milliseconds");
-  render->add_option("--certify", flags.certify, "PIXELS,RAYS: measure the error");
+  AddPictureFlags(render, line->render.flags);
   render->add_flag("--print-request", line->render.prints_request, "print the request as JSON and render nothing");
   render->callback([line] { line->run = [line] { return RunRender(line->global, line->render); }; });
+}
+
+void AddPlan(CLI::App* app, CommandLine* line) {
+  CLI::App* plan = app->add_subcommand("plan", "what render would do with the same flags, and what it would leave out");
+  AddPictureFlags(plan, line->render.flags);
+  plan->callback([line] { line->run = [line] { return RunPlan(line->global, line->render.flags); }; });
 }
 
 void AddBench(CLI::App* app, CommandLine* line) {
@@ -86,9 +95,9 @@ void AddBench(CLI::App* app, CommandLine* line) {
   auto* scenes = bench->add_option("SCENE", line->bench.scenes, "scene files, or view files (.json); none: the suite");
   bench
       ->add_option("--suite", line->bench.suite,
-                   "quick (a minute on two cores), full (more scenes, lights, curves), ssm, sssm (their papers' "
-                   "figures) or smoke")
-      ->check(CLI::IsMember({"quick", "full", "ssm", "sssm", "smoke"}))
+                   "quick (two minutes on two cores), full (more scenes, lights, curves), pdsm, ssm, sssm "
+                   "(their papers' figures) or smoke")
+      ->check(CLI::IsMember({"quick", "full", "pdsm", "ssm", "sssm", "smoke"}))
       ->excludes(scenes);
   bench->add_option("-o,--output", line->bench.folder, "folder for index.html, bench.txt, bench.csv and bench.json")
       ->required();
@@ -146,6 +155,7 @@ absl::Status Run(int argc, char** argv) {
   app.fallthrough();
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
+  AddPlan(&app, &line);
   AddBench(&app, &line);
   AddQuery(&app, &line);
   AddCompare(&app, &line);

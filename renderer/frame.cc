@@ -7,12 +7,14 @@
 
 #include "renderer/certify.h"
 #include "renderer/light/cpu_receivers.h"
+#include "renderer/light_layers.h"
 #include "renderer/math/camera.h"
 #include "renderer/passes.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/data_image.h"
 #include "renderer/shade/finish_frame.h"
+#include "renderer/shade/fog.h"
 #include "renderer/shade/gbuffer.h"
 #include "renderer/shadow/finish_visibility.h"
 #include "renderer/shadow/shadow_method.h"
@@ -42,6 +44,7 @@ class Frame {
   absl::Status Draw(SceneOnContext& on_context) {
     RETURN_IF_ERROR(CheckOutputs(request_, method_));
     ASSIGN_OR_RETURN(pose_, BuildPose(scene_, request_.scene_index, request_.node_overrides));
+    ASSIGN_OR_RETURN(apart_, SetMovedApart(scene_, pose_, request_));
     plan_ = PlanFrame(scene_, pose_, request_);
     report_ = DescribePlan(plan_, request_, method_);
     for (const OutputKind kind : {OutputKind::kVisibility, OutputKind::kPenumbraWidth}) {
@@ -93,7 +96,7 @@ class Frame {
     }));
     receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
     receivers_.wants_blockers = view.shows_data && Wants(OutputKind::kPenumbraWidth);
-    if (CountComputed(plan_.lights) > 0 && method_.method->Needs(request_.method, FactsOf(draw_)).cpu_receivers) {
+    if (CountComputed(plan_.lights) > 0 && NeedCpuReceivers(draw_, request_, Apart())) {
       RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
         receivers_.on_cpu = &cpu_receivers_;
@@ -107,10 +110,16 @@ class Frame {
         if (HasCatcher()) {
           ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
         }
+        if (request_.fog) {
+          ASSIGN_OR_RETURN(fog_, FogView::Create(draw_, receivers_, request_));
+        }
         return absl::OkStatus();
       }));
     }
     for (const LightPlan& plan : plan_.lights) RETURN_IF_ERROR(DrawLight(plan, name, on_context));
+    if (view.shows_frame && request_.fog) {
+      RETURN_IF_ERROR(Timed(name + "fog", &report_.shade_ms, [&] { return fog_->DrawOver(draw_, frame_); }));
+    }
     if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
     return Timed(name + "finish_frame", &report_.shade_ms, [&] {
       const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
@@ -129,6 +138,7 @@ class Frame {
     return absl::OkStatus();
   }
 
+  const MovedApart* Apart() const { return apart_ ? &*apart_ : nullptr; }
   bool HasCatcher() const { return request_.ground && request_.ground->is_shadow_catcher; }
 
   bool Wants(OutputKind kind) const {
@@ -147,35 +157,38 @@ class Frame {
         !(view_->shows_frame || Wants(OutputKind::kVisibility) || receivers_.wants_blockers)) {
       return absl::OkStatus();
     }
-    OcclusionSum occlusion;
     const bool computes = plan.outcome == LightOutcome::kCompute;
-    gl::ObjectCache<LightData>::Pointer& data = held_light_data_[&plan];
+    std::vector<LightLayer>& layers = held_layers_[&plan];
     const LightSource source = SourceOf(on_context);
-    if (computes && data == nullptr) {
-      ASSIGN_OR_RETURN(data, PrepareLight(draw_, source, light, name + "light_data", *caches_, report_));
+    if (computes && layers.empty()) {
+      ASSIGN_OR_RETURN(layers, PrepareLayers(draw_, source, Apart(), light, name + "light_data", *caches_, report_));
     }
-    gl::Texture visibility, penumbra_width;
+    ResolvedSide resolved;
     RETURN_IF_ERROR(Timed(name + "resolve", &report_.resolve_ms, [&]() -> absl::Status {
-      if (computes) {
-        ASSIGN_OR_RETURN(occlusion, method_.method->ResolveOcclusion(draw_, *data, receivers_, request_.method));
-        report_.passes.back().count = data->MapsRedrawn() + occlusion.count;
-        report_.passes.back().reason = occlusion.note;
-      }
-      ASSIGN_OR_RETURN(visibility, FinishVisibility(draw_, computes ? &occlusion : nullptr, receivers_, light,
-                                                    receivers_.wants_blockers ? &penumbra_width : nullptr));
+      ASSIGN_OR_RETURN(resolved, ResolveSide(draw_, layers, receivers_, light));
+      report_.passes.back().count = resolved.occlusion.count;
+      report_.passes.back().reason = resolved.occlusion.note;
       return absl::OkStatus();
     }));
-    RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
-                          [&] { return Collect(plan.index, visibility, computes ? &occlusion : nullptr); }));
-    if (penumbra_width) {
+    for (PassReport& step : resolved.occlusion.steps) {
+      step.name.insert(0, name + "resolve/");
+      report_.passes.push_back(std::move(step));
+    }
+    RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms, [&] {
+      return Collect(plan.index, resolved.visibility, layers.empty() ? nullptr : &resolved.occlusion);
+    }));
+    if (resolved.penumbra_width) {
       RETURN_IF_ERROR(Timed(name + "readback", &report_.readback_ms,
-                            [&] { return CollectPenumbraWidth(plan.index, penumbra_width); }));
+                            [&] { return CollectPenumbraWidth(plan.index, resolved.penumbra_width); }));
     }
     if (request_.certify && view_ == plan_.views.data()) RETURN_IF_ERROR(Certify(plan, name, source));
     if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
-        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, visibility, request_, frame_);
+        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, resolved.visibility, request_, frame_);
       }));
+    }
+    if (view_->shows_frame && request_.fog) {
+      RETURN_IF_ERROR(Timed(name + "fog", &report_.shade_ms, [&] { return LightFog(layers, light); }));
     }
     if (view_->shows_frame && HasCatcher()) {
       RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
@@ -183,7 +196,19 @@ class Frame {
         return AddLight(draw_, ltc_, gbuffer_, receivers_, light, share, request_, unshadowed_);
       }));
     }
-    if (view_ == &plan_.views.back() && !Wants(OutputKind::kSoftShadowMap)) held_light_data_.erase(&plan);
+    if (view_ == &plan_.views.back() && !Wants(OutputKind::kSoftShadowMap)) held_layers_.erase(&plan);
+    return absl::OkStatus();
+  }
+
+  // What the fog in front of everything scatters of one side of a light.
+  absl::Status LightFog(const std::vector<LightLayer>& layers, const AreaLight& light) {
+    const bool on_cpu = !layers.empty() && NeedCpuReceivers(draw_, request_, Apart());
+    for (int step = 0; step < kFogSteps; ++step) {
+      ASSIGN_OR_RETURN(const Receivers points, fog_->StepPoints(draw_, step, on_cpu));
+      ASSIGN_OR_RETURN(const ResolvedSide resolved, ResolveSide(draw_, layers, points, light));
+      RETURN_IF_ERROR(fog_->AddLight(draw_, points, light, resolved.visibility));
+    }
+    report_.passes.back().count = kFogSteps;
     return absl::OkStatus();
   }
 
@@ -192,8 +217,8 @@ class Frame {
     if (plan.outcome != LightOutcome::kCompute && plan_.views.empty()) {
       report_.passes.push_back(SkippedPass(LightName(plan) + method_.name, plan.reason));
     }
-    ASSIGN_OR_RETURN(SoftShadowMap map,
-                     DrawSoftShadowMap(draw_, SourceOf(on_context), plan, held_light_data_[&plan], *caches_, report_));
+    ASSIGN_OR_RETURN(SoftShadowMap map, DrawSoftShadowMap(draw_, SourceOf(on_context), Apart(), plan,
+                                                          held_layers_[&plan], *caches_, report_));
     images_[OutputKind::kSoftShadowMap] = std::move(map.image);
     grid_ = map.grid;
     return absl::OkStatus();
@@ -299,6 +324,7 @@ class Frame {
   const RegisteredMethod& method_;
   LightCaches* caches_;
   Pose pose_;
+  std::optional<MovedApart> apart_;
   FramePlan plan_;
   const ViewPlan* view_ = nullptr;  // that is drawn
   GBuffer gbuffer_;
@@ -307,7 +333,8 @@ class Frame {
   gl::Texture frame_;
   gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
   FrameSamples samples_;
-  std::map<const LightPlan*, gl::ObjectCache<LightData>::Pointer> held_light_data_;  // what later views need
+  std::optional<FogView> fog_;
+  std::map<const LightPlan*, std::vector<LightLayer>> held_layers_;  // what later views need
   std::map<OutputKind, Image> images_;
   LightGrid grid_;  // of the soft shadow map
   uint64_t umbra_ = 0, penumbra_ = 0, lit_ = 0;

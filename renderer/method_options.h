@@ -61,10 +61,12 @@ struct PdsmOptions {
   int k = 64;           // samples of the light, 4..256
   int map_size = 512;   // texels a side of each sample's map, at most; 16..8192
   int pdsm_size = 512;  // rays a side, 16..4096
-  float eps = 0.01f;    // of compression, 1/(2k) to below .5
+  float eps = 0.01f;    // of compression, 1/(2k) (soft events: .001) to below .5
   PdsmConstruction construction = PdsmConstruction::kSlices;
   PdsmLayout layout = PdsmLayout::kVolume;
   PdsmFilter filter = PdsmFilter::kBilinear;
+  bool has_soft_events = false;  // an edge's event is a ramp over its sample's stratum; of kIndexed by kScatter
+  bool is_surface_only = false;  // eps holds at and behind surfaces, in light and in umbra; of kIndexed
 };
 enum class SssmThresholds : uint8_t {
   kRelative,  // fractions of the receiver's depth from the light

@@ -25,6 +25,32 @@ void ReportChosen(const std::vector<std::pair<std::string, std::string>>& chosen
   }
 }
 
+// From the store, or built and put there. Its pass is the report's last.
+absl::Status LoadOrBuild(const DrawContext& draw, const LightSource& source, const LightInputs& inputs,
+                         const std::string& key, LightStore* store, RenderReport& report,
+                         gl::ObjectCache<LightData>::Pointer& data) {
+  const ShadowMethod& method = *source.method.method;
+  // Drivers draw their own maps.
+  const std::string stored_key = key + "\n" + draw.context->renderer() + "\n" + draw.context->version();
+  if (store != nullptr && source.request.cache == CacheMode::kUse) {
+    const std::string bytes = store->Get(source.scene_name, stored_key);
+    if (!bytes.empty()) {
+      ASSIGN_OR_RETURN(data, method.LoadLightData(draw, inputs, source.request.method, bytes));
+      report.passes.back().reason = data != nullptr ? "from the store" : "what the store has is not whole: built again";
+    }
+    if (data != nullptr) {
+      report.passes.back().count = data->MapsDrawn();
+      return absl::OkStatus();
+    }
+  }
+  ASSIGN_OR_RETURN(data, method.BuildLightData(draw, inputs, source.request.method));
+  report.passes.back().count = data->MapsDrawn();
+  if (store == nullptr) return absl::OkStatus();
+  ASSIGN_OR_RETURN(std::string bytes, method.SaveLightData(draw, *data));
+  if (!bytes.empty()) store->Put(source.scene_name, stored_key, std::move(bytes));
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 SceneFacts FactsOf(const DrawContext& draw) { return {.is_software_gl = draw.context->IsSoftware()}; }
@@ -64,8 +90,8 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
   const ShadowMethod& method = *source.method.method;
   const MethodOptions& options = source.request.method;
   const MethodNeeds needs = method.Needs(options, FactsOf(draw));
-  std::string key =
-      LightDataKey(source.scene_name, source.request, side, source.method.name, method.LightDataOptions(options));
+  std::string key = LightDataKey(source.scene_name, source.request, side, source.method.name,
+                                 (source.is_of_moved ? "of what moves: " : "") + method.LightDataOptions(options));
   if (needs.receiver_map) key += ReceiverMapKey(source.request);
   gl::ObjectCache<LightData>::Pointer data;
   if (source.request.cache == CacheMode::kUse) data = caches.light_data.Find(key);
@@ -97,9 +123,7 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
         receiver_map = {view.receivers(), view.grid.window, std::move(view.light_z), view.casts};
         inputs.receiver_map = &receiver_map;
       }
-      ASSIGN_OR_RETURN(data, method.BuildLightData(draw, inputs, options));
-      report.passes.back().count = data->MapsDrawn();
-      return absl::OkStatus();
+      return LoadOrBuild(draw, source, inputs, key, caches.store, report, data);
     }));
     caches.light_data.Keep(key, data);
   }

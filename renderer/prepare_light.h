@@ -10,6 +10,7 @@
 #include "renderer/gl/object_cache.h"
 #include "renderer/light/light_data.h"
 #include "renderer/plan/frame_plan.h"
+#include "renderer/renderer.h"
 #include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/flat_scene.h"
@@ -24,6 +25,7 @@ namespace halfshade {
 struct LightCaches {
   gl::ObjectCache<LightData> light_data;
   gl::ObjectCache<const RayScene> ray_scenes;
+  LightStore* store = nullptr;  // beyond the context; may be null
 };
 
 // What light data is made from.
@@ -36,7 +38,8 @@ struct LightSource {
   const SceneOnContext* on_context = nullptr;  // with the masks' textures; null for methods that draw no maps
   const ImageDecoder& decoder;                 // for masks of ray scenes
   uint64_t computed_lights =
-      1;  // of the call: each may take as much of the cache, so that the next call finds them all
+      1;                     // of the call: each may take as much of the cache, so that the next call finds them all
+  bool is_of_moved = false;  // its casters are those that the request moves (light_layers.h)
 };
 
 // "light[0]/", "light[0]/back/".

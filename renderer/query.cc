@@ -4,6 +4,7 @@
 
 #include "renderer/light/cpu_receivers.h"
 #include "renderer/light/receivers.h"
+#include "renderer/light_layers.h"
 #include "renderer/passes.h"
 #include "renderer/shadow/finish_visibility.h"
 #include "renderer/status.h"
@@ -17,14 +18,13 @@ Box3d Bounds(const QueryPoints& points) {
   return bounds;
 }
 
-// v of one side of a light, one a receiver. `data` null: nothing hides the light. `pass`: what it counts.
-absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const RegisteredMethod& method,
-                                           const RenderRequest& request, const LightData* data,
-                                           const Receivers& receivers, const AreaLight& side, PassReport* pass) {
-  if (data == nullptr) return FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
-  ASSIGN_OR_RETURN(const OcclusionSum sum, method.method->ResolveOcclusion(draw, *data, receivers, request.method));
-  pass->count = data->MapsRedrawn() + sum.count;
-  pass->reason = sum.note;
+// v of one side of a light for one layer's occluders, one a receiver.
+absl::StatusOr<std::vector<float>> ResolveLayer(const DrawContext& draw, const LightLayer& layer,
+                                                const Receivers& receivers, const AreaLight& side, PassReport* pass) {
+  ASSIGN_OR_RETURN(const OcclusionSum sum,
+                   layer.method->ResolveOcclusion(draw, *layer.data, receivers, *layer.options));
+  pass->count += layer.data->MapsRedrawn() + sum.count;
+  if (!sum.note.empty()) pass->reason = sum.note;
   if (std::holds_alternative<std::vector<float>>(sum.sums)) {
     return FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
   }
@@ -36,6 +36,22 @@ absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const Regist
   return visibility;
 }
 
+// v for all layers' occluders, as ResolveSide has it.
+absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const std::vector<LightLayer>& layers,
+                                           const Receivers& receivers, const AreaLight& side, PassReport* pass) {
+  if (layers.empty()) return FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
+  ASSIGN_OR_RETURN(std::vector<float> seen, ResolveLayer(draw, layers[0], receivers, side, pass));
+  if (layers.size() == 1) return seen;
+  const std::vector<float> shares = FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
+  for (size_t i = 1; i < layers.size(); ++i) {
+    ASSIGN_OR_RETURN(const std::vector<float> others, ResolveLayer(draw, layers[i], receivers, side, pass));
+    for (size_t point = 0; point < seen.size(); ++point) {
+      if (shares[point] > 0) seen[point] *= std::min(1.0f, others[point] / shares[point]);
+    }
+  }
+  return seen;
+}
+
 }  // namespace
 
 absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::string& scene_name, const FlatScene& scene,
@@ -43,6 +59,8 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
                                         SceneOnContext* on_context, const ImageDecoder& decoder, LightCaches& caches) {
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
   const RegisteredMethod& method = FindMethod(request.method);
+  ASSIGN_OR_RETURN(const std::optional<MovedApart> moved_apart, SetMovedApart(scene, pose, request));
+  const MovedApart* const apart = moved_apart ? &*moved_apart : nullptr;
   const std::vector<LightPlan> lights = PlanQuery(scene, pose, request, Bounds(points));
   QueryResult result;
   RenderReport& report = result.report;
@@ -60,7 +78,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
     }));
   }
   ReceiverTextures textures;
-  if (source.computed_lights > 0 && !method.method->Needs(request.method, FactsOf(draw)).cpu_receivers) {
+  if (source.computed_lights > 0 && NeedReceiverTextures(draw, request, apart)) {
     RETURN_IF_ERROR(TimedPass(draw, report, "receivers", &report.upload_ms, [&]() -> absl::Status {
       ASSIGN_OR_RETURN(textures, UploadReceivers(*draw.context, on_cpu));
       return absl::OkStatus();
@@ -73,16 +91,16 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
   result.visibility.resize(count * request.lights.size());
   for (const LightPlan& plan : lights) {
     const std::string name = LightName(plan);
-    gl::ObjectCache<LightData>::Pointer data;
+    std::vector<LightLayer> layers;
     if (plan.outcome == LightOutcome::kCompute) {
-      ASSIGN_OR_RETURN(data, PrepareLight(draw, source, plan.light, name + "light_data", caches, report));
+      ASSIGN_OR_RETURN(layers, PrepareLayers(draw, source, apart, plan.light, name + "light_data", caches, report));
     } else {
       report.passes.push_back(SkippedPass(name + method.name, plan.reason));
     }
     if (plan.outcome == LightOutcome::kSkipped) continue;
     std::vector<float> seen;
     RETURN_IF_ERROR(TimedPass(draw, report, name + "resolve", &report.resolve_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(seen, Resolve(draw, method, request, data.get(), receivers, plan.light, &report.passes.back()));
+      ASSIGN_OR_RETURN(seen, Resolve(draw, layers, receivers, plan.light, &report.passes.back()));
       return absl::OkStatus();
     }));
     for (size_t i = 0; i < count; ++i) {

@@ -29,9 +29,14 @@ class ContextRenderer : public Renderer {
         decoder_(std::move(decoder)),
         scenes_(memory.scene_bytes),
         lights_{gl::ObjectCache<LightData>(memory.light_data_bytes),
-                gl::ObjectCache<const RayScene>(memory.ray_scene_bytes)} {}
+                gl::ObjectCache<const RayScene>(memory.ray_scene_bytes), nullptr},
+        light_store_(memory.light_store) {}
 
-  void SetDecoder(ImageDecoder decoder) { decoder_ = std::move(decoder); }
+  // From here on requests come from outside: their textures are decoded, and light data is stored.
+  void Open(ImageDecoder decoder) {
+    decoder_ = std::move(decoder);
+    lights_.store = light_store_;
+  }
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
@@ -46,7 +51,8 @@ class ContextRenderer : public Renderer {
     gl::Pacer pacer(*context_, stop);
     const DrawContext draw = {context_, &programs_, &pacer};
     gl::ObjectCache<SceneOnContext>::Pointer on_context;
-    if (FindMethod(request.method).method->Needs(request.method, FactsOf(draw)).maps > 0) {
+    const ShadowMethod& method = *FindMethod(request.method).method;
+    if (method.Needs(request.method, FactsOf(draw)).maps > 0) {
       on_context = scenes_.Find(SceneKey(scene_name));
       if (on_context == nullptr) {
         ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
@@ -119,6 +125,7 @@ class ContextRenderer : public Renderer {
   ImageDecoder decoder_;
   gl::ObjectCache<SceneOnContext> scenes_;
   LightCaches lights_;
+  LightStore* light_store_;
 };
 
 }  // namespace
@@ -147,7 +154,7 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context,
   auto renderer = std::make_unique<ContextRenderer>(context, std::move(ltc), WarmUpTexel, memory);
   RETURN_IF_ERROR(WarmUp(*renderer));
   renderer->ForgetEverything();
-  renderer->SetDecoder(std::move(decoder));
+  renderer->Open(std::move(decoder));
   return renderer;
 }
 

@@ -48,6 +48,15 @@ struct QueryResult {
   RenderReport report;
 };
 
+// Where light data outlives its context, as bytes under a key. What comes back may be anything: it is checked.
+class LightStore {
+ public:
+  virtual ~LightStore() = default;
+  // Empty: nothing is there.
+  virtual std::string Get(const std::string& scene_name, const std::string& key) = 0;
+  virtual void Put(const std::string& scene_name, const std::string& key, std::string bytes) = 0;
+};
+
 // What may stay with a context between calls, in GL's memory or, of ray scenes, in the process's. What a call itself
 // needs comes on top: its scene and one light's data where they are not kept (with several samples a pixel all lights',
 // light_data_bytes together), and the textures of its frame.
@@ -55,6 +64,7 @@ struct ContextMemory {
   uint64_t scene_bytes = 1ull << 30;         // buffers and textures of scenes
   uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights
   uint64_t ray_scene_bytes = 512ull << 20;   // triangles and hierarchies that rays are traced in
+  LightStore* light_store = nullptr;         // outlives the renderer; null: light data is built by every context
 };
 
 // The renderer of one GL context. Lives and is used on the context's thread, with the context current.

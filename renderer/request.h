@@ -54,6 +54,15 @@ struct Ground {
   bool is_shadow_catcher = false;  // FRAME shows its shadow alone, over nothing (renderer/shade/README.md)
 };
 
+// A medium that scatters light evenly in all directions. At height y its extinction is
+// density_per_m exp(-(y - ground_m) / falloff_height_m); everywhere density_per_m where the falloff is 0.
+struct Fog {
+  double density_per_m = 0;     // >= 0
+  glm::vec3 albedo{1};          // each in [0, 1]
+  double falloff_height_m = 0;  // >= 0
+  double ground_m = 0;
+};
+
 // A change to one node of the scene. What is false for a node is false for all below it, as visibility is in
 // KHR_node_visibility: a node is drawn, casts and receives where it and all its ancestors do.
 struct NodeOverride {
@@ -110,6 +119,7 @@ struct RenderRequest {
   uint32_t scene_index = 0;
   std::vector<NodeOverride> node_overrides;  // each of another node
   std::optional<Ground> ground;
+  std::optional<Fog> fog;  // of FRAME alone
   Camera camera;
   int width = 1280;
   int height = 720;

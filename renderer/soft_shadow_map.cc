@@ -4,7 +4,6 @@
 
 #include "renderer/light_view.h"
 #include "renderer/passes.h"
-#include "renderer/shadow/finish_visibility.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -27,38 +26,33 @@ absl::StatusOr<Image> ReadMap(const gl::Texture& visibility, const LightView& vi
 }  // namespace
 
 absl::StatusOr<SoftShadowMap> DrawSoftShadowMap(const DrawContext& draw, const LightSource& source,
-                                                const LightPlan& plan, gl::ObjectCache<LightData>::Pointer data,
-                                                LightCaches& caches, RenderReport& report) {
+                                                const MovedApart* apart, const LightPlan& plan,
+                                                std::vector<LightLayer> layers, LightCaches& caches,
+                                                RenderReport& report) {
   const bool computes = plan.outcome == LightOutcome::kCompute;
   const std::string name = LightName(plan);
-  const ShadowMethod& method = *source.method.method;
   LightView view;
   RETURN_IF_ERROR(TimedPass(draw, report, name + "receiver_map", &report.shade_ms, [&]() -> absl::Status {
     ASSIGN_OR_RETURN(view, DrawLightView(draw, source, plan.light));
     report.passes.back().count = view.gbuffer.triangles_drawn;
     return absl::OkStatus();
   }));
-  if (computes && data == nullptr) {
-    ASSIGN_OR_RETURN(data, PrepareLight(draw, source, plan.light, name + "light_data", caches, report));
+  if (computes && layers.empty()) {
+    ASSIGN_OR_RETURN(layers, PrepareLayers(draw, source, apart, plan.light, name + "light_data", caches, report));
   }
   SoftShadowMap map;
   map.grid = view.grid;
   Receivers receivers = view.receivers();
   CpuReceivers on_cpu;
   RETURN_IF_ERROR(TimedPass(draw, report, name + "soft_shadow_map", &report.resolve_ms, [&]() -> absl::Status {
-    OcclusionSum occlusion;
-    if (computes) {
-      if (method.Needs(source.request.method, FactsOf(draw)).cpu_receivers) {
-        ASSIGN_OR_RETURN(on_cpu, ReadBackReceivers(receivers));
-        receivers.on_cpu = &on_cpu;
-      }
-      ASSIGN_OR_RETURN(occlusion, method.ResolveOcclusion(draw, *data, receivers, source.request.method));
-      report.passes.back().count = data->MapsRedrawn() + occlusion.count;
-      report.passes.back().reason = occlusion.note;
+    if (!layers.empty() && NeedCpuReceivers(draw, source.request, apart)) {
+      ASSIGN_OR_RETURN(on_cpu, ReadBackReceivers(receivers));
+      receivers.on_cpu = &on_cpu;
     }
-    ASSIGN_OR_RETURN(const gl::Texture visibility,
-                     FinishVisibility(draw, computes ? &occlusion : nullptr, receivers, plan.light));
-    ASSIGN_OR_RETURN(map.image, ReadMap(visibility, view, source.method.name));
+    ASSIGN_OR_RETURN(const ResolvedSide resolved, ResolveSide(draw, layers, receivers, plan.light));
+    report.passes.back().count = resolved.occlusion.count;
+    report.passes.back().reason = resolved.occlusion.note;
+    ASSIGN_OR_RETURN(map.image, ReadMap(resolved.visibility, view, source.method.name));
     return absl::OkStatus();
   }));
   return map;

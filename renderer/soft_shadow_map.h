@@ -3,7 +3,10 @@
 
 #include <absl/status/statusor.h>
 
+#include <vector>
+
 #include "renderer/image/image.h"
+#include "renderer/light_layers.h"
 #include "renderer/plan/light_grid.h"
 #include "renderer/prepare_light.h"
 
@@ -15,9 +18,11 @@ struct SoftShadowMap {
 };
 
 // The receivers, rasterised from the light's centre, pass through the same door as pixels; of the request's camera the
-// target alone counts, which centres the ground. `data`: the light's, or null: it is prepared where the plan computes.
+// target alone counts, which centres the ground. `layers`: the light's, or none: they are prepared where the plan
+// computes.
 absl::StatusOr<SoftShadowMap> DrawSoftShadowMap(const DrawContext& draw, const LightSource& source,
-                                                const LightPlan& plan, gl::ObjectCache<LightData>::Pointer data,
-                                                LightCaches& caches, RenderReport& report);
+                                                const MovedApart* apart, const LightPlan& plan,
+                                                std::vector<LightLayer> layers, LightCaches& caches,
+                                                RenderReport& report);
 
 }  // namespace halfshade

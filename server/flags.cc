@@ -57,6 +57,9 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
                  "shadow maps and other light data in GL memory, of all contexts together")
       ->check(CLI::Range(1, 1 << 30))
       ->capture_default_str();
+  app.add_option("--result-cache-mb", options.result_cache_mb, "encoded replies, for identical requests; 0: none")
+      ->check(CLI::Range(0, 1 << 30))
+      ->capture_default_str();
   std::string gl = "auto";
   app.add_option("--gl", gl, "auto, egl or osmesa")->check(CLI::IsMember({"auto", "egl", "osmesa"}));
   app.add_option("--egl-device", options.gl.egl_device, "which EGL device")->check(CLI::NonNegativeNumber);

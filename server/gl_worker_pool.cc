@@ -7,10 +7,11 @@
 
 namespace halfshade {
 
-absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queue) {
+absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queue, LightStore* light_store) {
   const uint64_t contexts = uint64_t(options.contexts);
   const ContextMemory memory = {.scene_bytes = (options.gl_scene_mb << 20) / contexts,
-                                .light_data_bytes = (options.light_cache_mb << 20) / contexts};
+                                .light_data_bytes = (options.light_cache_mb << 20) / contexts,
+                                .light_store = light_store};
   const RendererFactory factory = options.renderer_factory
                                       ? options.renderer_factory
                                       : MakeGlRendererFactory(options.gl, options.limits.texture_pixels, memory);

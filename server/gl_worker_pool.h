@@ -14,8 +14,8 @@ struct ServerOptions;
 class GlWorkerPool {
  public:
   // Makes options.contexts workers, one after the other; the first error. `queue` outlives the pool and is closed
-  // before it dies.
-  absl::Status Start(const ServerOptions& options, RenderQueue* queue);
+  // before it dies; `light_store`, which may be null, outlives it too.
+  absl::Status Start(const ServerOptions& options, RenderQueue* queue, LightStore* light_store);
 
   // Waits for the end of all threads; the queue is closed before. Everything below may still be called.
   void Join();

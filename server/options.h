@@ -17,8 +17,9 @@ struct ServerOptions {
   std::string scene_store_dir;  // "": a private temporary folder, removed at the end
   uint64_t scene_store_mb = 4096;
   uint64_t scene_cache_mb = 1024;
-  uint64_t gl_scene_mb = 1024;    // scenes in GL memory, the contexts' equal shares together
-  uint64_t light_cache_mb = 512;  // light data in GL memory, likewise
+  uint64_t gl_scene_mb = 1024;     // scenes in GL memory, the contexts' equal shares together
+  uint64_t light_cache_mb = 512;   // light data in GL memory, likewise
+  uint64_t result_cache_mb = 256;  // replies as they were encoded; 0: none is kept
   gl::ContextOptions gl;
   int contexts = 1;
   int grace_s = 30;              // how long calls in flight may take once draining

@@ -43,8 +43,17 @@ void RenderCall::Start() {
   plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, peer_);
 }
 
+bool RenderCall::IsAwaited() const { return part_ == Part::kLeads && plant_->results->IsAwaited(result_key_); }
+
+void RenderCall::LeaveResults() {
+  const Part part = part_.exchange(Part::kAlone);
+  if (part == Part::kLeads) plant_->results->Abandon(result_key_);
+  if (part == Part::kWaits) plant_->results->Withdraw(result_key_, id());
+}
+
 absl::Status RenderCall::StopReason() const {
   if (plant_->is_stopping) return absl::UnavailableError("the server is stopping");
+  if ((gave_up_ || SystemClock::now() >= deadline_) && IsAwaited()) return absl::OkStatus();
   if (gave_up_) return absl::CancelledError("given up");
   if (SystemClock::now() >= deadline_) return absl::DeadlineExceededError("the deadline passed");
   return absl::OkStatus();
@@ -52,7 +61,9 @@ absl::Status RenderCall::StopReason() const {
 
 void RenderCall::GiveUp(const absl::Status& reason) {
   gave_up_ = true;
-  plant_->queue->Withdraw(id());
+  const bool never_runs = plant_->queue->Withdraw(id());
+  // What is drawn ends by itself, when it is done or at the next StopReason.
+  if (never_runs || part_ == Part::kWaits) LeaveResults();
   Fail(reason);
 }
 
@@ -105,20 +116,50 @@ void RenderCall::Prepare() {
   }
   in_flight_ = *std::move(hold);
   queued_at_ = SteadyClock::now();
+  // What is measured is drawn, and what clocks decide need not come out alike.
+  if (render_.request.cache == CacheMode::kUse && !request_.budget().has_max_latency()) {
+    result_key_ = ContentKey(request_.scene(), render_, HALFSHADE_VERSION, "") +
+                  request_.certify().SerializeAsString() + request_.budget().SerializeAsString();
+    part_ = Part::kWaits;
+    const bool leads =
+        plant_->results->Lead(result_key_, id(), [self = shared_from_this()](const ResultCache::Reply& reply) {
+          if (reply != nullptr) {
+            self->Reuse(*reply);
+          } else {
+            self->part_ = Part::kLeads;
+            self->plant_->pool->Run([self] { self->Enqueue(); }, self->peer_);
+          }
+        });
+    if (leads) part_ = Part::kLeads;
+    if (!leads && gave_up_) LeaveResults();
+    if (!leads) {
+      OnQueued(ToProto(*plan));
+      return;
+    }
+  }
+  Enqueue();
+  OnQueued(ToProto(*plan));
+}
+
+void RenderCall::Enqueue() {
+  if (gave_up_ && !IsAwaited()) {
+    LeaveResults();
+    return;
+  }
   RenderJob job;
   job.id = id();
   job.run = [self = shared_from_this()](WorkerRenderer& worker) { self->Draw(worker); };
   if (const absl::Status status = plant_->queue->Push(std::move(job), deadline_ - SystemClock::now()); !status.ok()) {
+    LeaveResults();
     Fail(status);
-    return;
   }
-  OnQueued(ToProto(*plan));
 }
 
 void RenderCall::Draw(WorkerRenderer& worker) {
   dequeued_at_ = SteadyClock::now();
   queue_ms_ = std::chrono::duration<double, std::milli>(dequeued_at_ - queued_at_).count();
   if (const absl::Status status = StopReason(); !status.ok()) {
+    LeaveResults();
     Fail(status);
     return;
   }
@@ -126,6 +167,7 @@ void RenderCall::Draw(WorkerRenderer& worker) {
   auto result = worker.renderer->Render(request_.scene(), *scene_, render_.request, [this] { return StopReason(); });
   cpu_ms_ = ProcessCpuMs() - cpu_begin;
   if (!result.ok()) {
+    LeaveResults();
     Fail(result.status());
     return;
   }
@@ -136,11 +178,15 @@ void RenderCall::Draw(WorkerRenderer& worker) {
 }
 
 void RenderCall::EncodeAndDeliver() {
-  if (gave_up_) return;
+  if (gave_up_ && !IsAwaited()) {
+    LeaveResults();
+    return;
+  }
   grids_.clear();
   for (const RenderedImage& image : result_.images) grids_.push_back(image.grid);
   auto encoded = Encode(std::move(result_.images), render_.formats, [this] { return StopReason(); });
   if (!encoded.ok()) {
+    LeaveResults();
     Fail(encoded.status());
     return;
   }
@@ -148,6 +194,33 @@ void RenderCall::EncodeAndDeliver() {
   *response.mutable_report() = ToProto(result_.report);
   for (size_t i = 0; i < encoded->size(); ++i) AddImage(i, std::move((*encoded)[i]), &response);
   CompleteReport(response.mutable_report());
+  if (part_ == Part::kLeads && plant_->results->Wants(result_key_, response.ByteSizeLong())) {
+    part_ = Part::kAlone;
+    plant_->results->Publish(result_key_, std::make_shared<const v1::RenderResponse>(response));
+  }
+  LeaveResults();
+  if (!gave_up_) Deliver(std::move(response));
+}
+
+void RenderCall::Reuse(const v1::RenderResponse& reply) {
+  part_ = Part::kAlone;
+  if (gave_up_) return;
+  dequeued_at_ = SteadyClock::now();
+  queue_ms_ = std::chrono::duration<double, std::milli>(dequeued_at_ - queued_at_).count();
+  v1::RenderResponse response = reply;
+  v1::RenderReport* report = response.mutable_report();
+  report->clear_timing();
+  report->clear_passes();
+  v1::Pass* pass = report->add_passes();
+  pass->set_name("render");
+  pass->set_skipped(true);
+  pass->set_reason("an identical request was rendered before, or at the same time");
+  report->clear_caches();
+  v1::Cache* cache = report->add_caches();
+  cache->set_name("result");
+  cache->set_hits(1);
+  cache->set_bytes(response.ByteSizeLong());
+  SetTiming(report->mutable_timing());
   Deliver(std::move(response));
 }
 
@@ -178,12 +251,15 @@ void RenderCall::AddImage(size_t index, EncodedOutput encoded, v1::RenderRespons
   timing->set_digest_ms(timing->digest_ms() + encoded.digest_ms);
 }
 
-void RenderCall::CompleteReport(v1::RenderReport* report) const {
-  v1::Timing* timing = report->mutable_timing();
+void RenderCall::SetTiming(v1::Timing* timing) const {
   timing->set_queue_ms(queue_ms_);
   timing->set_load_ms(load_ms_);
   timing->set_cpu_ms(cpu_ms_);
   timing->set_total_ms(MillisecondsSince(dequeued_at_));
+}
+
+void RenderCall::CompleteReport(v1::RenderReport* report) const {
+  SetTiming(report->mutable_timing());
   v1::Cache* cache = report->add_caches();
   cache->set_name("scene");
   cache->set_hits(load_ms_ == 0);

@@ -2,7 +2,8 @@
 // pool, the render queue, a GL thread, the encode pool, and then out as its rpc has it.
 //
 // It is finished exactly once, by whichever comes first: its result, its deadline (an alarm, not the next dequeue), or
-// its cancellation. Shared by gRPC, the alarm, the pools and the queue; the last of them lets go. Thread-safe.
+// its cancellation. Identical calls share one render (result_cache.h), which goes on as long as one of them wants it.
+// Shared by gRPC, the alarm, the pools and the queue; the last of them lets go. Thread-safe.
 #pragma once
 
 #include <grpcpp/alarm.h>
@@ -23,6 +24,7 @@
 #include "server/cpu_pool.h"
 #include "server/encode.h"
 #include "server/limits.h"
+#include "server/result_cache.h"
 #include "server/scene_catalog.h"
 #include "server/validate.h"
 
@@ -35,6 +37,7 @@ struct RenderPlant {
   CpuPool* encode_pool = nullptr;
   RenderQueue* queue = nullptr;
   ByteBudget* in_flight = nullptr;  // images that are drawn, encoded or sent, as the encoder gets them
+  ResultCache* results = nullptr;
   Limits limits;
   std::chrono::milliseconds stream_stall{30000};  // a reader that takes nothing for so long is dropped
   std::atomic<bool> is_stopping{false};           // renders under way give up
@@ -75,11 +78,18 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   // Ends the rpc, once.
   virtual void FinishRpc(const grpc::Status& status) = 0;
 
-  void Prepare();                     // on the CPU pool
+  void Prepare();  // on the CPU pool
+  void Enqueue();  // there, or where the call takes the lead of its like
+  void Reuse(const v1::RenderResponse& reply);
   void Draw(WorkerRenderer& worker);  // on a GL thread
   void EncodeAndDeliver();            // on the encode pool
   void AddImage(size_t index, EncodedOutput encoded, v1::RenderResponse* response) const;
   void CompleteReport(v1::RenderReport* report) const;
+  void SetTiming(v1::Timing* timing) const;  // what is the call's own, drawn or not
+  // Takes part in no render of others any more. Whoever waits for this one leads.
+  void LeaveResults();
+  // The call ended, and yet others wait for its render.
+  bool IsAwaited() const;
   uint64_t id() const { return uint64_t(reinterpret_cast<uintptr_t>(this)); }
 
   RenderPlant* const plant_;
@@ -94,6 +104,10 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   std::chrono::system_clock::time_point deadline_;
   std::atomic<bool> gave_up_{false};
   std::atomic<bool> is_finished_{false};
+  // In ResultCache, under result_key_, which is not written after it was kAlone.
+  enum class Part : uint8_t { kAlone, kWaits, kLeads };
+  std::atomic<Part> part_{Part::kAlone};
+  std::string result_key_;
   SceneCache::ScenePtr scene_;
   ValidatedRender render_;
   ByteBudget::Hold in_flight_;

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "server/plan_service.h"
 #include "server/query_service.h"
 #include "server/render_stream.h"
 
@@ -30,13 +31,6 @@ class UnaryRenderCall final : public grpc::ServerUnaryReactor, public RenderCall
   v1::RenderResponse* response_;
 };
 
-grpc::ServerUnaryReactor* NotInThisVersion(grpc::CallbackServerContext* context, const char* rpc) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(grpc::Status(grpc::StatusCode::UNIMPLEMENTED,
-                               std::string("RenderService.") + rpc + " is not available in this version"));
-  return reactor;
-}
-
 }  // namespace
 
 grpc::ServerUnaryReactor* RenderServiceImpl::Render(grpc::CallbackServerContext* context,
@@ -52,8 +46,9 @@ grpc::ServerWriteReactor<v1::RenderStreamResponse>* RenderServiceImpl::RenderStr
 }
 
 grpc::ServerUnaryReactor* RenderServiceImpl::PlanRender(grpc::CallbackServerContext* context,
-                                                        const v1::PlanRenderRequest*, v1::PlanRenderResponse*) {
-  return NotInThisVersion(context, "PlanRender");
+                                                        const v1::PlanRenderRequest* plan,
+                                                        v1::PlanRenderResponse* response) {
+  return StartPlan(plant_, context, *plan, response);
 }
 
 grpc::ServerUnaryReactor* RenderServiceImpl::QueryVisibility(grpc::CallbackServerContext* context,

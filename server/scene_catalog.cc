@@ -8,6 +8,7 @@
 #include "renderer/scene/pose.h"
 #include "renderer/scene_loader/scene_loader.h"
 #include "renderer/status.h"
+#include "server/light_data_store.h"
 #include "server/scene_name.h"
 
 namespace halfshade {
@@ -257,6 +258,7 @@ absl::Status SceneCatalog::Delete(const std::string& name) {
   ASSIGN_OR_RETURN(const Manifest manifest, ReadManifest(name));
   RETURN_IF_ERROR(store_->Remove(StoreKind::kScene, {DigestOf(name)}));
   cache_->Forget(name);
+  RETURN_IF_ERROR(RemoveLightData(store_, name));
   const std::lock_guard lock(mutex_);
   const std::set<std::string> digests = manifest.Digests();
   for (const std::string& digest : digests) {

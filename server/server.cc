@@ -13,6 +13,7 @@
 #include "server/cpu_pool.h"
 #include "server/gl_worker_pool.h"
 #include "server/http.h"
+#include "server/light_data_store.h"
 #include "server/render_service.h"
 #include "server/scene_catalog.h"
 #include "server/scene_service.h"
@@ -66,6 +67,7 @@ class WiredServer final : public Server {
         cache_(options.scene_cache_mb << 20, [this](const std::string& name) { workers_.ForgetScene(name); }),
         queue_(options.limits.queue, options.contexts),
         in_flight_(options.in_flight_mb << 20),
+        results_(options.result_cache_mb << 20),
         pool_(kPoolThreads),
         scene_pool_(kScenePoolThreads),
         disk_pool_(kDiskPoolThreads),
@@ -90,12 +92,17 @@ class WiredServer final : public Server {
     store_options.max_bytes = options_.scene_store_mb << 20;
     store_options.max_unfinished = options_.limits.unfinished_uploads;
     ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, store_options));
-    RETURN_IF_ERROR(workers_.Start(options_, &queue_));
+    // A private folder is gone before anyone comes back to it.
+    if (!options_.scene_store_dir.empty()) {
+      light_data_store_ = std::make_unique<LightDataStore>(store_.get(), &disk_pool_);
+    }
+    RETURN_IF_ERROR(workers_.Start(options_, &queue_, light_data_store_.get()));
     ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
     plant_.catalog = catalog_.get();
     plant_.pool = &pool_;
     plant_.encode_pool = &encode_pool_;
     plant_.in_flight = &in_flight_;
+    plant_.results = &results_;
     plant_.stream_stall = std::chrono::seconds(options_.stream_stall_s);
     plant_.queue = &queue_;
     plant_.limits = options_.limits;
@@ -133,9 +140,9 @@ class WiredServer final : public Server {
     }
     SetLimits(options_.limits, info.mutable_limits());
     for (const std::string& method : RegisteredMethods()) info.add_methods(method);
-    for (const char* feature :
-         {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene", "list_scenes",
-          "delete_scene", "render", "render_stream", "get_server_info", "get_statistics"}) {
+    for (const char* feature : {"find_missing_blobs", "upload_blob", "query_upload", "create_scene", "get_scene",
+                                "list_scenes", "delete_scene", "render", "render_stream", "plan_render",
+                                "query_visibility", "get_server_info", "get_statistics"}) {
       info.add_features(feature);
     }
     return info;
@@ -169,11 +176,13 @@ class WiredServer final : public Server {
   std::atomic<bool> is_ready_{false};
   std::unique_ptr<HttpServer> http_;
   std::unique_ptr<Store> store_;
+  std::unique_ptr<LightDataStore> light_data_store_;  // as workers and pools, which use it, need it
   SceneCache cache_;
   std::unique_ptr<SceneCatalog> catalog_;
   RenderPlant plant_;
   RenderQueue queue_;
   ByteBudget in_flight_;
+  ResultCache results_;
   GlWorkerPool workers_;  // outlives the pools
   CpuPool pool_;
   CpuPool scene_pool_;

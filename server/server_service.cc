@@ -21,6 +21,8 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetStatistics(grpc::CallbackServerC
   response->set_blob_bytes(store_->size_bytes());
   const SceneCache::Counters counters = cache_->counters();
   std::vector<CacheReport> caches = workers_->Caches();
+  const ResultCache::Counters results = plant_->results->counters();
+  caches.insert(caches.begin(), {"result", results.hits, results.misses, results.bytes});
   caches.insert(caches.begin(), {"scene", counters.hits, counters.misses, counters.bytes});
   for (const CacheReport& cache : caches) {
     v1::Cache* out = response->add_caches();

@@ -15,7 +15,7 @@ namespace halfshade {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kFolders[2] = {"blobs", "scenes"};
+constexpr const char* kFolders[kStoreKinds] = {"blobs", "scenes", "light_data"};
 constexpr char kIncoming[] = "incoming";
 constexpr char kLock[] = "lock";
 
@@ -36,7 +36,7 @@ absl::StatusOr<std::unique_ptr<Store>> Store::Open(const std::string& directory,
     store->directory_ = pattern;
     store->is_temporary_ = true;
   }
-  for (const char* folder : {kFolders[0], kFolders[1], kIncoming}) {
+  for (const char* folder : {kFolders[0], kFolders[1], kFolders[2], kIncoming}) {
     std::error_code error;
     fs::create_directories(fs::path(store->directory_) / folder, error);
     if (error) return Unusable(store->directory_, error.message());
@@ -57,15 +57,19 @@ absl::Status Store::Lock() {
 
 absl::Status Store::Scan() {
   std::error_code error;
-  for (int kind = 0; kind < 2; ++kind) {
+  std::vector<std::pair<fs::file_time_type, std::string>> light_data;
+  for (int kind = 0; kind < kStoreKinds; ++kind) {
     for (const auto& entry : fs::directory_iterator(fs::path(directory_) / kFolders[kind], error)) {
       const std::string digest = entry.path().filename().string();
       if (!entry.is_regular_file(error) || !IsSha256Hex(digest)) continue;
       sizes_[kind][digest] = entry.file_size(error);
       size_bytes_ += sizes_[kind][digest];
+      if (StoreKind(kind) == StoreKind::kLightData) light_data.emplace_back(entry.last_write_time(error), digest);
     }
     if (error) return Unusable(directory_, error.message());
   }
+  std::sort(light_data.begin(), light_data.end());
+  for (const auto& [time, digest] : light_data) light_uses_[digest] = next_use_++;
   return absl::OkStatus();
 }
 
@@ -138,6 +142,7 @@ absl::StatusOr<std::string> Store::Get(StoreKind kind, const std::string& digest
     const auto found = sizes_[int(kind)].find(digest);
     if (found == sizes_[int(kind)].end()) return absl::NotFoundError(digest + " is not here");
     size = found->second;
+    if (kind == StoreKind::kLightData) light_uses_[digest] = next_use_++;
   }
   // A file that Remove takes away meanwhile is read to its end.
   const int file = files_->Open(Path(kind, digest), O_RDONLY);
@@ -158,7 +163,8 @@ absl::StatusOr<std::string> Store::Get(StoreKind kind, const std::string& digest
   const absl::Status error = is_read ? absl::OkStatus() : FileError("reading " + digest);
   files_->Close(file);
   RETURN_IF_ERROR(error);  // may pass: not the file's fault
-  if (uint64_t(status.st_size) != size || bytes.size() != size || Sha256Hex(bytes) != digest) {
+  if (uint64_t(status.st_size) != size || bytes.size() != size ||
+      (kind != StoreKind::kLightData && Sha256Hex(bytes) != digest)) {
     Discard(kind, digest, status.st_ino);
     return absl::DataLossError(digest + " was damaged in the scene store and is removed; upload it again");
   }
@@ -171,10 +177,8 @@ void Store::Discard(StoreKind kind, const std::string& digest, uint64_t inode) {
   struct stat status {};
   const bool is_there = stat(Path(kind, digest).c_str(), &status) == 0;
   if (is_there && status.st_ino != inode) return;
-  const auto found = sizes_[int(kind)].find(digest);
-  if (found == sizes_[int(kind)].end()) return;
-  size_bytes_ -= found->second;
-  sizes_[int(kind)].erase(found);
+  if (!sizes_[int(kind)].contains(digest)) return;
+  Forget(kind, digest);
   if (is_there) files_->Unlink(Path(kind, digest));
 }
 
@@ -182,14 +186,20 @@ absl::Status Store::Remove(StoreKind kind, const std::vector<std::string>& diges
   {
     const std::lock_guard lock(mutex_);
     for (const std::string& digest : digests) {
-      const auto found = sizes_[int(kind)].find(digest);
-      if (found == sizes_[int(kind)].end()) continue;
+      if (!sizes_[int(kind)].contains(digest)) continue;
       if (files_->Unlink(Path(kind, digest)) != 0 && errno != ENOENT) return FileError("removing " + digest);
-      size_bytes_ -= found->second;
-      sizes_[int(kind)].erase(found);
+      Forget(kind, digest);
     }
   }
   return files_->SyncFolder(Folder(kind)) == 0 ? absl::OkStatus() : FileError("syncing the scene store");
+}
+
+void Store::Forget(StoreKind kind, const std::string& digest) {
+  const auto found = sizes_[int(kind)].find(digest);
+  if (found == sizes_[int(kind)].end()) return;
+  size_bytes_ -= found->second;
+  sizes_[int(kind)].erase(found);
+  if (kind == StoreKind::kLightData) light_uses_.erase(digest);
 }
 
 std::vector<std::string> Store::List(StoreKind kind) const {

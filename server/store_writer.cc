@@ -16,7 +16,7 @@ constexpr auto kComeBack = std::chrono::milliseconds(500);
 
 // Blobs lie there under their digest, and a later writer finds them; what is no digest is swept at the next start.
 std::string NameInIncoming(StoreKind kind, const std::string& digest) {
-  return kind == StoreKind::kBlob ? digest : "scene-" + digest;
+  return kind == StoreKind::kBlob ? digest : (kind == StoreKind::kScene ? "scene-" : "light-") + digest;
 }
 
 }  // namespace
@@ -31,7 +31,9 @@ absl::StatusOr<std::unique_ptr<Store::Writer>> Store::Write(StoreKind kind, cons
   const std::string name = NameInIncoming(kind, digest);
   {
     const std::lock_guard lock(mutex_);
-    if (sizes_[int(kind)].contains(digest)) return absl::AlreadyExistsError(digest + " is here");
+    if (kind != StoreKind::kLightData && sizes_[int(kind)].contains(digest)) {
+      return absl::AlreadyExistsError(digest + " is here");
+    }
     const auto found = unfinished_.find(name);
     const Unfinished before = found == unfinished_.end() ? Unfinished{} : found->second;
     if (offset_bytes > before.committed_bytes) {
@@ -42,7 +44,7 @@ absl::StatusOr<std::unique_ptr<Store::Writer>> Store::Write(StoreKind kind, cons
                                                                     before.writer->used_at_ + options_.yield_after)) {
       return ComeBackLater("digest: another call is uploading " + digest, kComeBack);
     }
-    RETURN_IF_ERROR(MakeRoom(name, size_bytes));
+    RETURN_IF_ERROR(MakeRoom(kind, name, size_bytes));
     if (before.writer != nullptr) before.writer->is_replaced_ = true;
     size_bytes_ += size_bytes - before.bytes;
     unfinished_[name] = {size_bytes, offset_bytes, next_use_++, writer.get()};
@@ -77,9 +79,9 @@ absl::Status Store::OpenIncoming(Writer& writer) {
   return absl::OkStatus();
 }
 
-// Room for `bytes` under `name`, at the cost of idle unfinished blobs, the longest untouched first; none of them goes
-// if that is not enough.
-absl::Status Store::MakeRoom(const std::string& name, uint64_t bytes) {
+// Room for `bytes` under `name`, at the cost of light data and then of idle unfinished blobs, the longest untouched
+// first; none of them goes if that is not enough. For light data no blob goes.
+absl::Status Store::MakeRoom(StoreKind kind, const std::string& name, uint64_t bytes) {
   uint64_t own_bytes = 0, under_way_bytes = 0;
   uint32_t under_way = 0;
   std::vector<std::pair<uint64_t, std::string>> idle;  // by last use
@@ -87,7 +89,7 @@ absl::Status Store::MakeRoom(const std::string& name, uint64_t bytes) {
   for (const auto& [other, unfinished] : unfinished_) {
     if (other == name) {
       own_bytes = unfinished.bytes;
-    } else if (unfinished.writer != nullptr) {
+    } else if (unfinished.writer != nullptr || kind == StoreKind::kLightData) {
       ++under_way;
       under_way_bytes += unfinished.bytes;
     } else {
@@ -100,7 +102,13 @@ absl::Status Store::MakeRoom(const std::string& name, uint64_t bytes) {
                              " uploads at a time; " + std::to_string(under_way) + " are under way",
                          kComeBack);
   }
-  const uint64_t taken = size_bytes_ - own_bytes - idle_bytes;
+  std::vector<std::pair<uint64_t, std::string>> light_data;  // by last use
+  uint64_t light_bytes = 0;
+  for (const auto& [digest, use] : light_uses_) {
+    light_data.emplace_back(use, digest);
+    light_bytes += sizes_[int(StoreKind::kLightData)][digest];
+  }
+  const uint64_t taken = size_bytes_ - own_bytes - idle_bytes - light_bytes;
   if (taken + bytes > options_.max_bytes) {
     const std::string message = "the scene store is full: " + std::to_string(taken) + " of " +
                                 std::to_string(options_.max_bytes) + " bytes are taken, " + std::to_string(bytes) +
@@ -109,6 +117,12 @@ absl::Status Store::MakeRoom(const std::string& name, uint64_t bytes) {
       return ComeBackLater(message + " beside the uploads under way", kComeBack);
     }
     return absl::ResourceExhaustedError(message + "; delete scenes");
+  }
+  std::sort(light_data.begin(), light_data.end());
+  for (const auto& [use, digest] : light_data) {
+    if (size_bytes_ - own_bytes + bytes <= options_.max_bytes) break;
+    files_->Unlink(Path(StoreKind::kLightData, digest));
+    Forget(StoreKind::kLightData, digest);
   }
   std::sort(idle.begin(), idle.end());
   size_t left = idle.size();
@@ -191,7 +205,7 @@ absl::Status Store::Writer::Append(const std::string& bytes) {
 
 absl::Status Store::Writer::Commit() {
   RETURN_IF_ERROR(Begin());
-  if (const std::string actual = sha_.FinishHex(); actual != digest_) {
+  if (const std::string actual = sha_.FinishHex(); kind_ != StoreKind::kLightData && actual != digest_) {
     is_worthless_ = true;
     return absl::InvalidArgumentError("digest: " + digest_ + "; the bytes have " + actual);
   }
@@ -208,7 +222,9 @@ absl::Status Store::Writer::Commit() {
   }
   files->Close(file_);
   const std::lock_guard lock(store_->mutex_);
+  store_->Forget(kind_, digest_);
   store_->sizes_[int(kind_)][digest_] = size_bytes_;
+  if (kind_ == StoreKind::kLightData) store_->light_uses_[digest_] = store_->next_use_++;
   store_->size_bytes_ -= store_->unfinished_[name].bytes - size_bytes_;
   store_->unfinished_.erase(name);
   store_ = nullptr;  // nothing to give back

@@ -21,6 +21,7 @@ constexpr uint32_t kDefaultWidth = 1280;
 constexpr uint32_t kDefaultHeight = 720;
 constexpr uint32_t kDefaultLightMapSize = 512;
 constexpr uint32_t kMinLightMapSize = 16;
+constexpr double kLargestDensity = 1e6;  // per metre: beyond, nothing is seen through a hair
 
 uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent : value; }
 
@@ -104,7 +105,6 @@ absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
 // Fields that the wire has and this version does not.
 absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request) {
   if (request.has_animation()) return NotAvailable("animation", "a pose");
-  if (request.has_fog()) return NotAvailable("fog", "fog");
   if (request.has_budget()) return NotAvailable("budget", "a budget");
   return absl::OkStatus();
 }
@@ -126,6 +126,34 @@ absl::Status CheckGround(const v1::Ground& ground) {
   RETURN_IF_ERROR(CheckFinite("ground.height_m", ground.height_m()));
   RETURN_IF_ERROR(CheckRange("ground.height_m", ground.height_m(), -kLargestLengthM, kLargestLengthM));
   return CheckLength("ground.size_m", ground.size_m());
+}
+
+absl::StatusOr<Fog> CheckFog(const v1::RenderRequest& request) {
+  const v1::Fog& asked = request.fog();
+  Fog fog;
+  RETURN_IF_ERROR(CheckFinite("fog.density_per_m", asked.density_per_m()));
+  RETURN_IF_ERROR(CheckRange("fog.density_per_m", asked.density_per_m(), 0, kLargestDensity));
+  fog.density_per_m = asked.density_per_m();
+  if (asked.has_albedo()) {
+    const std::pair<const char*, float> channels[] = {{"fog.albedo.r", asked.albedo().r()},
+                                                      {"fog.albedo.g", asked.albedo().g()},
+                                                      {"fog.albedo.b", asked.albedo().b()}};
+    for (int c = 0; c < 3; ++c) {
+      RETURN_IF_ERROR(CheckFinite(channels[c].first, channels[c].second));
+      RETURN_IF_ERROR(CheckRange(channels[c].first, channels[c].second, 0, 1));
+      fog.albedo[c] = channels[c].second;
+    }
+  }
+  RETURN_IF_ERROR(CheckFinite("fog.falloff_height_m", asked.falloff_height_m()));
+  RETURN_IF_ERROR(CheckRange("fog.falloff_height_m", asked.falloff_height_m(), 0, kLargestLengthM));
+  fog.falloff_height_m = asked.falloff_height_m();
+  RETURN_IF_ERROR(CheckFinite("fog.ground_m", asked.ground_m()));
+  RETURN_IF_ERROR(CheckRange("fog.ground_m", asked.ground_m(), -kLargestLengthM, kLargestLengthM));
+  fog.ground_m = asked.ground_m();
+  if (request.ground().shadow_catcher()) {
+    return FieldError("fog", "with ground.shadow_catcher, whose picture has nothing behind it that fog could veil");
+  }
+  return fog;
 }
 
 absl::Status CheckShading(const v1::Shading& shading, Shading* result) {
@@ -174,6 +202,9 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
   if (request.has_ground()) {
     RETURN_IF_ERROR(CheckGround(request.ground()));
     plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), request.ground().shadow_catcher()};
+  }
+  if (request.has_fog()) {
+    ASSIGN_OR_RETURN(plain.fog, CheckFog(request));
   }
   RETURN_IF_ERROR(CheckShading(request.shading(), &plain.shading));
   if (!v1::CacheMode_IsValid(request.cache())) {
@@ -266,6 +297,11 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   }
   add(request.ground.has_value());
   if (request.ground) add(request.ground->height_m, request.ground->size_m, request.ground->is_shadow_catcher);
+  add(request.fog.has_value());
+  if (request.fog) {
+    add(request.fog->density_per_m, request.fog->falloff_height_m, request.fog->ground_m);
+    add_vec3(request.fog->albedo);
+  }
   add(request.method.index());
   if (const auto* hard = std::get_if<HardOptions>(&request.method)) add(hard->map_size);
   if (const auto* multi_map = std::get_if<MultiMapOptions>(&request.method)) add(multi_map->k, multi_map->map_size);
@@ -278,7 +314,8 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
         ssm->blend, ssm->projects_map);
   }
   if (const auto* pdsm = std::get_if<PdsmOptions>(&request.method)) {
-    add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter);
+    add(pdsm->k, pdsm->map_size, pdsm->pdsm_size, pdsm->eps, pdsm->construction, pdsm->layout, pdsm->filter,
+        pdsm->has_soft_events, pdsm->is_surface_only);
   }
   if (const auto* sssm = std::get_if<SssmOptions>(&request.method)) {
     add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,

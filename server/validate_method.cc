@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 
 #include "renderer/status.h"
 #include "server/validate_field.h"
@@ -20,6 +21,7 @@ constexpr int kMinPdsmSamples = 4;
 constexpr int kMaxPdsmSamples = 256;
 constexpr int kMaxPdsmSize = 4096;
 constexpr float kLargestEps = 0.5f;
+constexpr double kLeastSoftEps = 0.001;  // half a step of a display's 8 bits, and less than any other error here
 
 // Of a window with a tap in its middle.
 absl::Status CheckTaps(const std::string& field, uint32_t taps, int most, int* result) {
@@ -145,14 +147,17 @@ absl::StatusOr<PdsmOptions> CheckPdsm(const v1::PdsmOptions& asked) {
     RETURN_IF_ERROR(CheckRange("method.pdsm.pdsm_size", asked.pdsm_size(), kMinMapSize, kMaxPdsmSize));
     options.pdsm_size = int(asked.pdsm_size());
   }
-  // An event is 1/k: a bound below half of that keeps both ends of each.
-  const float least_eps = 0.5f / float(options.k);
-  options.eps = std::max(options.eps, least_eps);
+  options.has_soft_events = asked.soft_events();
+  options.is_surface_only = asked.surface_only();
+  // An event is 1/k: a bound below half of that keeps both ends of each, but for ramps.
+  const double least_eps = options.has_soft_events ? kLeastSoftEps : double(0.5f / float(options.k));
+  options.eps = std::max(options.eps, float(least_eps));
   if (asked.has_eps()) {
     RETURN_IF_ERROR(CheckFinite("method.pdsm.eps", asked.eps()));
     if (!(asked.eps() >= least_eps && asked.eps() < kLargestEps)) {
       return FieldError("method.pdsm.eps", NumberText(asked.eps()) + "; must be " + NumberText(least_eps) +
-                                               ", which is 1/(2k), to below " + NumberText(kLargestEps));
+                                               (options.has_soft_events ? "" : ", which is 1/(2k),") + " to below " +
+                                               NumberText(kLargestEps));
     }
     options.eps = asked.eps();
   }
@@ -167,7 +172,11 @@ absl::StatusOr<PdsmOptions> CheckPdsm(const v1::PdsmOptions& asked) {
   }
   // Slices make a volume and events make functions; one of both names the other.
   if (asked.construction() == v1::PDSM_CONSTRUCTION_UNSPECIFIED) {
-    options.layout = asked.layout() == v1::PDSM_LAYOUT_INDEXED ? PdsmLayout::kIndexed : PdsmLayout::kVolume;
+    const bool is_of_events = options.has_soft_events || options.is_surface_only;
+    options.layout =
+        asked.layout() == v1::PDSM_LAYOUT_INDEXED || (is_of_events && asked.layout() == v1::PDSM_LAYOUT_UNSPECIFIED)
+            ? PdsmLayout::kIndexed
+            : PdsmLayout::kVolume;
     options.construction =
         options.layout == PdsmLayout::kIndexed ? PdsmConstruction::kScatter : PdsmConstruction::kSlices;
   } else {
@@ -183,8 +192,20 @@ absl::StatusOr<PdsmOptions> CheckPdsm(const v1::PdsmOptions& asked) {
   if (asked.filter() != v1::PDSM_FILTER_UNSPECIFIED) {
     options.filter = PdsmFilter(asked.filter() - v1::PDSM_FILTER_NEAREST);
   }
-  if (asked.soft_events()) return NotAvailable("method.pdsm.soft_events", "soft events");
-  if (asked.surface_only()) return NotAvailable("method.pdsm.surface_only", "a PDSM of surfaces alone");
+  if (options.has_soft_events && !std::has_single_bit(uint32_t(options.k))) {
+    return FieldError("method.pdsm.k", std::to_string(options.k) + "; with soft_events it must be a power of two");
+  }
+  if (options.has_soft_events && options.construction != PdsmConstruction::kScatter) {
+    return FieldError("method.pdsm.soft_events", std::string("true; ") + (options.layout == PdsmLayout::kVolume
+                                                                              ? "a VOLUME has no events"
+                                                                              : "TRAVERSAL has none: only SCATTER"));
+  }
+  if (options.is_surface_only && options.layout == PdsmLayout::kVolume) {
+    return FieldError("method.pdsm.surface_only", "true; a VOLUME holds slices, not surfaces: only INDEXED");
+  }
+  if (options.is_surface_only && options.has_soft_events) {
+    return FieldError("method.pdsm.surface_only", "true; not with soft_events");
+  }
   return options;
 }
 

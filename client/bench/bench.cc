@@ -3,65 +3,21 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <cstring>
-#include <map>
 
+#include "client/bench/reference.h"
+#include "client/bench/shot.h"
 #include "client/bench/statistics.h"
 #include "renderer/status.h"
 
 namespace halfshade::bench {
 namespace {
 
-// One render's times and picture.
-struct Shot {
-  v1::RenderReport report;
-  Image visibility;  // of the first light
-};
-
-v1::RenderRequest VisibilityRequest(const Case& bench_case, const v1::Method& method, v1::CacheMode cache) {
-  v1::RenderRequest request = bench_case.request;
-  *request.mutable_method() = method;
-  request.set_cache(cache);
-  request.clear_outputs();
-  v1::Output* output = request.add_outputs();
-  output->set_kind(v1::OUTPUT_KIND_VISIBILITY);
-  output->set_encoding(v1::ENCODING_RAW_F32);
-  return request;
-}
-
-// The first channel of a raw float image.
-absl::StatusOr<Image> FirstChannel(const v1::OutputImage& raw) {
-  const size_t pixels = size_t(raw.width()) * raw.height();
-  if (raw.channels() == 0 || raw.data().size() != pixels * raw.channels() * sizeof(float)) {
-    return absl::InternalError(absl::StrCat("an image of ", raw.data().size(), " bytes for ", raw.width(), "x",
-                                            raw.height(), "x", raw.channels()));
-  }
-  Image image(int(raw.width()), int(raw.height()), 1);
-  for (size_t i = 0; i < pixels; ++i) {
-    std::memcpy(image.data() + i, raw.data().data() + i * raw.channels() * sizeof(float), sizeof(float));
-  }
-  return image;
-}
-
-absl::StatusOr<Shot> Shoot(Client& client, const v1::RenderRequest& request) {
-  ASSIGN_OR_RETURN(v1::RenderResponse response, client.Render(request, nullptr));
-  Shot shot;
-  ASSIGN_OR_RETURN(shot.visibility, FirstChannel(response.images(0)));
-  shot.report = std::move(*response.mutable_report());
-  return shot;
-}
-
 double WallMs(const v1::Timing& timing) { return timing.total_ms() - timing.encode_ms() - timing.digest_ms(); }
-
-v1::Method RayMethod(uint32_t rays) {
-  v1::Method method;
-  method.mutable_ray()->set_rays(rays);
-  return method;
-}
 
 // What every method pays alike: the G-buffer, asked for by an output that needs no light.
 absl::StatusOr<double> PrimaryCpuMs(Client& client, const Case& bench_case, int repetitions) {
   v1::RenderRequest request = bench_case.request;
+  request.set_cache(v1::CACHE_MODE_REFRESH);
   request.clear_outputs();
   v1::Output* output = request.add_outputs();
   output->set_kind(v1::OUTPUT_KIND_DEPTH);
@@ -72,51 +28,6 @@ absl::StatusOr<double> PrimaryCpuMs(Client& client, const Case& bench_case, int 
     if (i > 0) cpu_ms.push_back(response.report().timing().cpu_ms());
   }
   return Median(cpu_ms);
-}
-
-// Where something is drawn that faces part of the first light: v > 0 once nothing casts. [height][width][1], 1 or 0.
-absl::StatusOr<Image> FacingMask(Client& client, const Case& bench_case, const v1::Scene& scene) {
-  v1::Method hard;
-  hard.mutable_hard();
-  v1::RenderRequest request = VisibilityRequest(bench_case, hard, v1::CACHE_MODE_USE);
-  std::map<uint32_t, v1::NodeOverride> overrides;
-  for (const v1::NodeOverride& own : request.node_overrides()) overrides[own.index()] = own;
-  request.clear_node_overrides();
-  for (uint32_t node = 0; node < uint32_t(scene.node_names_size()); ++node) {
-    v1::NodeOverride* no_shadow = request.add_node_overrides();
-    *no_shadow = overrides[node];
-    no_shadow->set_index(node);
-    no_shadow->set_casts(false);
-  }
-  v1::Output* ids = request.add_outputs();
-  ids->set_kind(v1::OUTPUT_KIND_OBJECT_ID);
-  ids->set_encoding(v1::ENCODING_RAW_F32);
-  ASSIGN_OR_RETURN(const v1::RenderResponse response, client.Render(request, nullptr));
-  ASSIGN_OR_RETURN(Image mask, FirstChannel(response.images(0)));
-  ASSIGN_OR_RETURN(const Image id, FirstChannel(response.images(1)));
-  for (size_t i = 0; i < mask.size(); ++i) mask.data()[i] = float(mask.data()[i] > 0 && id.data()[i] > 0);
-  return mask;
-}
-
-// The mean of two halves with seeds of their own, how far they are apart, and the mask of what counts.
-absl::Status MeasureReference(Client& client, const Case& bench_case, const v1::Scene& scene, uint32_t rays,
-                              CaseResult* result) {
-  ASSIGN_OR_RETURN(result->mask, FacingMask(client, bench_case, scene));
-  Image halves[2];
-  for (uint32_t half = 0; half < 2; ++half) {
-    v1::RenderRequest request = VisibilityRequest(bench_case, RayMethod(rays / 2), v1::CACHE_MODE_USE);
-    request.set_seed(bench_case.request.seed() + 1000 + half);
-    ASSIGN_OR_RETURN(Shot shot, Shoot(client, request));
-    halves[half] = std::move(shot.visibility);
-    result->reference_cpu_ms += shot.report.timing().cpu_ms();
-  }
-  result->reference = Image(halves[0].width(), halves[0].height(), 1);
-  for (size_t i = 0; i < halves[0].size(); ++i) {
-    result->reference.data()[i] = (halves[0].data()[i] + halves[1].data()[i]) / 2;
-  }
-  ASSIGN_OR_RETURN(const ImageError between, Compare(halves[0], halves[1], &result->mask));
-  result->reference_noise = between.mae_shadowed.value_or(0) / 2;
-  return absl::OkStatus();
 }
 
 // Another camera under the same light.
@@ -131,13 +42,25 @@ void MoveCamera(int step, v1::RenderRequest* request) {
 
 struct Samples {
   std::vector<double> cpu_ms, wall_ms, light_ms, resolve_ms, warm_cpu_ms;
+  std::vector<std::pair<std::string, std::vector<double>>> steps_ms;
 };
 
-void Add(const v1::Timing& timing, Samples* samples) {
+void Add(const v1::RenderReport& report, Samples* samples) {
+  const v1::Timing& timing = report.timing();
   samples->cpu_ms.push_back(timing.cpu_ms());
   samples->wall_ms.push_back(WallMs(timing));
   samples->light_ms.push_back(timing.light_ms());
   samples->resolve_ms.push_back(timing.resolve_ms());
+  constexpr char kStep[] = "resolve/";
+  size_t step = 0;
+  for (const v1::Pass& pass : report.passes()) {
+    const size_t place = pass.name().find(kStep);
+    if (place == std::string::npos) continue;
+    if (step == samples->steps_ms.size()) {
+      samples->steps_ms.push_back({pass.name().substr(place + sizeof kStep - 1), {}});
+    }
+    samples->steps_ms[step++].second.push_back(pass.ms());
+  }
 }
 
 // The warming shot of a row: its error, and what it skips.
@@ -250,7 +173,7 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
       if (repetition == 0) {
         RETURN_IF_ERROR(Judge(*cold, result, &row));
       } else {
-        Add(cold->report.timing(), &samples[i]);
+        Add(cold->report, &samples[i]);
       }
       if (!effort.measures_warm) continue;
       v1::RenderRequest moved = VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_USE);
@@ -266,6 +189,7 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
     row.wall_ms = Median(samples[i].wall_ms);
     row.light_ms = Median(samples[i].light_ms);
     row.resolve_ms = Median(samples[i].resolve_ms);
+    for (const auto& [name, ms] : samples[i].steps_ms) row.steps.push_back({name, Median(ms)});
     row.shadow_cpu_ms = std::max(0.0, row.cpu_ms - result.primary_cpu_ms);
     if (!samples[i].warm_cpu_ms.empty()) row.warm_cpu_ms = Median(samples[i].warm_cpu_ms);
   }

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "client/client.h"
@@ -20,18 +21,21 @@
 
 namespace halfshade::bench {
 
-// One scene under one light.
-struct Case {
-  std::string name;  // "S2 light .20", "spot"
-  SceneFiles files;
-  v1::RenderRequest request;  // scene, camera, lights, ground, width, height
-};
-
 // One method with its options.
 struct Setting {
   std::string method;  // "multi_map"
   std::string label;   // "k=64 map_size=1024"
   v1::Method options;
+};
+
+// One scene under one light.
+struct Case {
+  std::string name;  // "S2 light .20", "spot"
+  SceneFiles files;
+  v1::RenderRequest request;  // scene, camera, lights, ground, width, height
+  // Truth is that of a light which is bright as a Gaussian (GaussianLights in reference.h).
+  bool is_gaussian = false;
+  std::vector<Setting> settings = {};  // instead of the suite's; empty: those
 };
 
 struct Effort {
@@ -46,13 +50,14 @@ struct Row {
   ImageError error;
   double cpu_ms = 0;  // cold: light data and resolve, `cache: REFRESH`
   double wall_ms = 0;
-  double shadow_cpu_ms = 0;          // cpu_ms less the case's primary visibility
-  double light_ms = 0;               // wall, of it
-  double resolve_ms = 0;             // wall, of it
-  double warm_cpu_ms = 0;            // same light, another camera; 0: not measured
-  std::vector<std::string> skipped;  // "pass: reason"
-  bool is_on_front = false;          // no other row of the case is both cheaper and more exact
-  Image difference;                  // visibility less the reference's
+  double shadow_cpu_ms = 0;                           // cpu_ms less the case's primary visibility
+  double light_ms = 0;                                // wall, of it
+  double resolve_ms = 0;                              // wall, of it
+  double warm_cpu_ms = 0;                             // same light, another camera; 0: not measured
+  std::vector<std::pair<std::string, double>> steps;  // wall ms of the resolve's own passes, where it has them
+  std::vector<std::string> skipped;                   // "pass: reason"
+  bool is_on_front = false;                           // no other row of the case is both cheaper and more exact
+  Image difference;                                   // visibility less the reference's
 };
 
 struct CaseResult {

@@ -133,10 +133,43 @@ std::vector<SettingText> SssmSettings() {
     add("sssm", {"sub_lights=2"});
   }
   const std::vector<std::string> large = {"blocker_taps=29", "filter_taps=41"};
-  settings.push_back({"pcss", {large[0], large[1], "weights=GAUSSIAN"}});
-  settings.push_back({"sssm", {large[0], large[1], "weights=GAUSSIAN"}});
+  settings.push_back({"ssm", {"sub_lights=1", "occluder_map_size=512"}});
   settings.push_back({"pcss", {large[0], large[1], "map_size=4096"}});
   settings.push_back({"sssm", {large[0], large[1], "map_size=4096", "weights=MEAN"}});
+  return settings;
+}
+
+// Table 6: Gaussian weights, against lights that are weighed alike.
+std::vector<SettingText> GaussianSettings() {
+  const std::vector<std::string> large = {"blocker_taps=29", "filter_taps=41", "weights=GAUSSIAN"};
+  std::vector<SettingText> settings = {{"pcss", large}};
+  for (const char* threshold : {"0.01", "0.1", "0.5"}) {
+    SettingText& sssm = settings.emplace_back(SettingText{"sssm", large});
+    sssm.options.push_back(absl::StrCat("alpha=", threshold));
+    sssm.options.push_back(absl::StrCat("beta=", threshold));
+  }
+  return settings;
+}
+
+// Forms of the functions, beside the maps that they are made of.
+const std::vector<SettingText>& PdsmSettings() {
+  static const std::vector<SettingText> settings = {
+      {"multi_map", {"k=16", "map_size=512"}},
+      {"multi_map", {"k=64", "map_size=512"}},
+      {"pdsm", {"k=16"}},
+      {"pdsm", {"k=64"}},
+      {"pdsm", {"k=256"}},
+      {"pdsm", {"k=16", "layout=INDEXED"}},
+      {"pdsm", {"k=64", "layout=INDEXED"}},
+      {"pdsm", {"k=64", "layout=INDEXED", "eps=0.02"}},
+      {"pdsm", {"k=64", "layout=INDEXED", "eps=0.04"}},
+      {"pdsm", {"k=256", "layout=INDEXED"}},
+      {"pdsm", {"k=64", "surface_only=true"}},
+      {"pdsm", {"k=16", "soft_events=true", "eps=0.002"}},
+      {"pdsm", {"k=16", "soft_events=true"}},
+      {"pdsm", {"k=16", "soft_events=true", "eps=0.02"}},
+      {"pdsm", {"k=64", "soft_events=true"}},
+  };
   return settings;
 }
 
@@ -248,6 +281,13 @@ Case MakeCase(const MadeCase& made) {
   result.request.set_width(made.width);
   result.request.set_height(made.height);
   return result;
+}
+
+Case Weighed(Case bench_case, const std::vector<Setting>& settings) {
+  bench_case.name += ", Gaussian";
+  bench_case.is_gaussian = true;
+  bench_case.settings = settings;
+  return bench_case;
 }
 
 // The same settings at every step.
@@ -402,8 +442,30 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
       suite.cases.push_back(std::move(trees));
     }
     ASSIGN_OR_RETURN(suite.settings, MakeSettings(SssmSettings(), methods));
+    ASSIGN_OR_RETURN(const std::vector<Setting> gaussian, MakeSettings(GaussianSettings(), methods));
+    for (size_t i = 0, count = suite.cases.size(); i < count; ++i) {
+      suite.cases.push_back(Weighed(suite.cases[i], gaussian));
+    }
     suite.effort.reference_rays = 1024;
     suite.effort.measures_warm = false;
+    return suite;
+  }
+  if (name == "pdsm") {
+    for (const char* scene : {"S2", "S3", "S5"}) suite.cases.push_back(MakeCase({.scene = scene}));
+    for (const char* view : {"trees_masked", "garage"}) {
+      if (scene_folder.empty()) break;
+      ASSIGN_OR_RETURN(Case real, CaseOfView(fs::path(scene_folder) / "views" / absl::StrCat(view, ".json")));
+      suite.cases.push_back(std::move(real));
+    }
+    ASSIGN_OR_RETURN(suite.settings, MakeSettings(PdsmSettings(), methods));
+    const std::vector<SettingText> forms = {{"pdsm", {}}, {"pdsm", {"layout=INDEXED"}}, {"pdsm", {"soft_events=true"}}};
+    const std::pair<const char*, std::vector<double>> options[] = {
+        {"k", {4, 16, 64, 256}}, {"map_size", {128, 256, 512, 1024}}, {"pdsm_size", {128, 256, 512, 1024}}};
+    for (const auto& [option, values] : options) {
+      ASSIGN_OR_RETURN(CurvePlan curve, MakeOptionCurve(option, values, {.scene = "S2"}, forms, methods));
+      suite.curves.push_back(std::move(curve));
+    }
+    suite.effort = {.repetitions = 3, .reference_rays = 1024, .measures_warm = true};
     return suite;
   }
   if (name == "ssm") {
@@ -418,7 +480,9 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     suite.effort.measures_warm = false;
     return suite;
   }
-  if (name != "full") return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, ssm and sssm"));
+  if (name != "full") {
+    return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, pdsm, ssm and sssm"));
+  }
   for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
     for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
   }
@@ -438,6 +502,8 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
 absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
   Suite suite;
   suite.cases.push_back(MakeCase({.scene = "S3", .width = 64, .height = 36}));
+  ASSIGN_OR_RETURN(const std::vector<Setting> gaussian, MakeSettings(GaussianSettings(), methods));
+  suite.cases.push_back(Weighed(suite.cases[0], gaussian));
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(FullSettings(), methods));
   ASSIGN_OR_RETURN(const std::vector<Setting> curve_settings, MakeSettings(CurveSettings(), methods));
   suite.curves.push_back(MakeCurve(

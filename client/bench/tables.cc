@@ -57,6 +57,7 @@ nlohmann::ordered_json ToJson(const Row& row) {
                {"light_ms", row.light_ms},
                {"resolve_ms", row.resolve_ms},
                {"warm_cpu_ms", row.warm_cpu_ms},
+               {"steps_wall_ms", nlohmann::ordered_json(row.steps)},
                {"on_front", row.is_on_front},
                {"skipped", row.skipped}});
   return json;
@@ -70,19 +71,23 @@ std::string ToTable(const Results& results) {
   for (const CaseResult& result : results.cases) {
     absl::StrAppendFormat(&text,
                           "\n%s: primary visibility %.1f CPU-ms; reference noise %.5f\n"
-                          "  %-10s %-44s %9s %9s %8s %9s %8s %8s %7s\n",
+                          "  %-10s %-44s %9s %9s %8s %9s %8s %8s %7s %6s %6s\n",
                           result.name, result.primary_cpu_ms, result.reference_noise, "method", "options", "shadow",
-                          "warm", "wall", "mae_shad.", "mae_pen.", "p999", "max");
+                          "warm", "wall", "mae_shad.", "mae_pen.", "p999", "max", "psnr", "ssim");
     for (const Row* row : InOrder(result)) {
       if (!row->failure.empty()) {
         absl::StrAppendFormat(&text, "  %-10s %-44s %s\n", row->setting.method, row->setting.label, row->failure);
         continue;
       }
-      absl::StrAppendFormat(&text, "%s %-10s %-44s %9.1f %9.1f %8.1f %9.5f %8.5f %8.4f %7.4f\n",
-                            row->is_on_front ? "*" : " ", row->setting.method, row->setting.label, row->shadow_cpu_ms,
-                            row->warm_cpu_ms, row->wall_ms, row->error.mae_shadowed.value_or(0),
-                            row->error.mae_penumbra.value_or(0), row->error.p999.value_or(0),
-                            row->error.max.value_or(0));
+      absl::StrAppendFormat(
+          &text, "%s %-10s %-44s %9.1f %9.1f %8.1f %9.5f %8.5f %8.4f %7.4f %6.2f %6.4f\n", row->is_on_front ? "*" : " ",
+          row->setting.method, row->setting.label, row->shadow_cpu_ms, row->warm_cpu_ms, row->wall_ms,
+          row->error.mae_shadowed.value_or(0), row->error.mae_penumbra.value_or(0), row->error.p999.value_or(0),
+          row->error.max.value_or(0), row->error.psnr_all.value_or(0), row->error.ssim_all.value_or(0));
+      if (row->steps.empty()) continue;
+      absl::StrAppendFormat(&text, "    light_data %.1f", row->light_ms);
+      for (const auto& [name, ms] : row->steps) absl::StrAppendFormat(&text, ", %s %.1f", name, ms);
+      text += " (wall ms)\n";
     }
   }
   for (const Curve& curve : results.curves) {

@@ -6,6 +6,9 @@
 
 #include "renderer/gl/framebuffer.h"
 #include "renderer/light/fullscreen.h"
+#include "renderer/math/light_frame.h"
+#include "renderer/shade/emitter.h"
+#include "renderer/shade/fog.h"
 #include "renderer/shade/ltc/ltc_table.h"
 #include "renderer/status.h"
 
@@ -23,21 +26,6 @@ constexpr int kLtcUnit = kPlanesUnit + 4;  // and the next
 // Edges shorter than this fraction of the distance to the scene shade as a line or a point: the polygon's edge
 // integrals would cancel in float.
 constexpr double kSmallestEdge = 1e-6;
-
-struct Emitter {
-  std::vector<std::string> defines;  // of light.frag
-  glm::dvec3 emitted{0};             // radiance of a rectangle, intensity of a line or point
-};
-
-Emitter MakeEmitter(const AreaLight& light, const Camera& camera) {
-  const double distance = glm::length(light.center_ws - camera.target_ws);
-  const bool is_thin_u = light.width_m <= kSmallestEdge * distance;
-  const bool is_thin_v = light.height_m <= kSmallestEdge * distance;
-  if (!is_thin_u && !is_thin_v) return {{}, light.radiance};
-  const double area = light.width_m * light.height_m;
-  const glm::dvec3 intensity = area > 0 ? glm::dvec3(light.radiance) * area : glm::dvec3(light.intensity);
-  return {{is_thin_u && is_thin_v ? "SHAPE_POINT" : "SHAPE_LINE"}, intensity};
-}
 
 double Exposure(const RenderRequest& request) { return std::exp2(request.shading.exposure_ev); }
 
@@ -63,6 +51,16 @@ void SetSurfaces(gl::Program& program, const LtcTextures& ltc, const GBuffer& gb
 }
 
 }  // namespace
+
+Emitter MakeEmitter(const AreaLight& light, const Camera& camera) {
+  const double distance = glm::length(light.center_ws - camera.target_ws);
+  const bool is_thin_u = light.width_m <= kSmallestEdge * distance;
+  const bool is_thin_v = light.height_m <= kSmallestEdge * distance;
+  if (!is_thin_u && !is_thin_v) return {{}, light.radiance};
+  const double area = light.width_m * light.height_m;
+  const glm::dvec3 intensity = area > 0 ? glm::dvec3(light.radiance) * area : glm::dvec3(light.intensity);
+  return {{is_thin_u && is_thin_v ? "SHAPE_POINT" : "SHAPE_LINE"}, intensity};
+}
 
 absl::StatusOr<LtcTextures> LtcTextures::Create(const gl::Context& context) {
   std::vector<glm::vec4> lobes;
@@ -119,7 +117,8 @@ absl::Status AddLight(const DrawContext& draw, const LtcTextures& ltc, const GBu
                       const RenderRequest& request, gl::Texture& frame) {
   gl::Framebuffer framebuffer;
   RETURN_IF_ERROR(BindFrame(draw, frame, request, framebuffer));
-  const Emitter emitter = MakeEmitter(light, request.camera);
+  Emitter emitter = MakeEmitter(light, request.camera);
+  if (request.fog) emitter.defines.push_back("HAS_FOG");
   ASSIGN_OR_RETURN(gl::Program * program,
                    draw.programs->Get("common/fullscreen.vert", "shade/light.frag", emitter.defines));
   SetSurfaces(*program, ltc, gbuffer, receivers, light);
@@ -127,6 +126,11 @@ absl::Status AddLight(const DrawContext& draw, const LtcTextures& ltc, const GBu
   program->Set("visibility", kVisibilityUnit);
   program->Set("emitted", glm::vec3(emitter.emitted * Exposure(request)));
   program->Set("half_edges", glm::vec2(light.width_m / 2, light.height_m / 2));
+  if (request.fog) {
+    SetFog(*program, *request.fog);
+    program->Set("light_height", HeightInFog(*request.fog, light.center_ws.y));
+    program->Set("up", glm::vec3(MakeLightFrame(light).light_from_world_rotation * glm::dvec3(0, 1, 0)));
+  }
   const GladGLContext& gl = draw.context->gl();
   gl.Enable(GL_BLEND);
   gl.BlendFunc(GL_ONE, GL_ONE);

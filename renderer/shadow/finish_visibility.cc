@@ -14,12 +14,13 @@ namespace {
 constexpr double kNanosecondsPerPixel = 30;  // llvmpipe, two cores
 constexpr int kSumsUnit = kPlanesUnit + 1;
 constexpr int kBlockersUnit = kPlanesUnit + 2;
+constexpr int kOthersUnit = kPlanesUnit + 3;
 
 }  // namespace
 
 absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const OcclusionSum* occlusion,
                                              const Receivers& receivers, const AreaLight& light,
-                                             gl::Texture* penumbra_width) {
+                                             gl::Texture* penumbra_width, const gl::Texture* others) {
   const GladGLContext& gl = draw.context->gl();
   ASSIGN_OR_RETURN(gl::Texture visibility,
                    gl::Texture::Create2D(*draw.context, GL_RG32F, receivers.width, receivers.height));
@@ -55,6 +56,9 @@ absl::StatusOr<gl::Texture> FinishVisibility(const DrawContext& draw, const Occl
   if (has_blockers) occlusion->blockers.Bind(kBlockersUnit);
   program->Set("blockers", has_blockers ? kBlockersUnit : kSumsUnit);
   program->Set("has_blockers", int(has_blockers));
+  if (others != nullptr) others->Bind(kOthersUnit);
+  program->Set("others", others != nullptr ? kOthersUnit : kPlanesUnit);
+  program->Set("has_others", int(others != nullptr));
   program->Set("half_edges", glm::vec2(light.width_m / 2, light.height_m / 2));
   RETURN_IF_ERROR(DrawFullscreen(draw, receivers.width, receivers.height, kNanosecondsPerPixel));
   RETURN_IF_ERROR(draw.context->Check("shadow/finish"));

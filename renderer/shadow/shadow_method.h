@@ -18,6 +18,7 @@
 #include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
+#include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/ray_scene.h"
 
@@ -64,6 +65,8 @@ struct OcclusionSum {
   // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};
+  // What the resolve was made of, where a method has passes worth telling apart; names are the method's own.
+  std::vector<PassReport> steps{};
   // The largest hidden fraction before it was clamped, where light data did that; sums tell the others.
   double largest_fraction = 0;
 };
@@ -86,6 +89,18 @@ class ShadowMethod {
   virtual absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                         const Receivers& receivers,
                                                         const MethodOptions& options) const = 0;
+  // Light data as bytes, for a store that outlives the context; empty: this method's is as soon built again.
+  virtual absl::StatusOr<std::string> SaveLightData(const DrawContext&, const LightData&) const {
+    return std::string();
+  }
+  // Light data of bytes that were saved for the same inputs and options, by whomever. Null: they are not what this
+  // build saves (torn, foreign, another version), and light data is to be built.
+  virtual absl::StatusOr<std::unique_ptr<LightData>> LoadLightData(const DrawContext&, const LightInputs&,
+                                                                   const MethodOptions&, const std::string&) const {
+    return std::unique_ptr<LightData>();
+  }
+  // Whether light data is dear, and is kept without the nodes that a request moves: they hide light on their own.
+  virtual bool KeepsMovedApart() const { return false; }
   // Whether it gives OcclusionSum::blockers.
   virtual bool KnowsBlockers() const { return false; }
   // Every option by its proto field name, for the report.

@@ -32,17 +32,26 @@ bool Hides(MapTexel shown, MapReceiver receiver) {
              receiver.slack;
 }
 
-// Sum of the depths z and count of the blockers that may hide part of the light, `offset_v` off the receiver's row.
-vec2 SumBlockerRow(MapReceiver receiver, float offset_v, int taps) {
-  vec2 sums = vec2(0.0);
+// Sums of the depths z and counts of the blockers that may hide part of the light, `offset_v` off the receiver's row, a
+// column for each third of the way from the receiver to the nearest blocker, in w.
+mat3x2 SumBlockerThirds(MapReceiver receiver, float offset_v, int taps) {
+  vec2 thirds = z_near * (receiver.w + vec2(1.0, 2.0) / 3.0 * receiver.window.reach);
+  mat3x2 sums = mat3x2(0.0);
   for (int x = 0; x < taps; ++x) {
     vec2 offset = vec2(receiver.window.half_window.x * BlockerPlace(x, taps), offset_v);
     MapTexel shown = FetchAt(receiver.slope + offset);
     vec2 hides_within = half_edges * (shown.depth_here / z_near - receiver.w);
     bool is_blocker = Hides(shown, receiver) && all(lessThanEqual(abs(offset), hides_within));
-    sums += is_blocker ? vec2(z_near / shown.depth, 1.0) : vec2(0.0);
+    vec2 blocker = is_blocker ? vec2(z_near / shown.depth, 1.0) : vec2(0.0);
+    bool is_first = shown.depth < thirds.x, is_last = shown.depth >= thirds.y;
+    sums += mat3x2(is_first ? blocker : vec2(0.0), is_first || is_last ? vec2(0.0) : blocker, is_last ? blocker : vec2(0.0));
   }
   return sums;
+}
+
+vec2 SumBlockerRow(MapReceiver receiver, float offset_v, int taps) {
+  mat3x2 sums = SumBlockerThirds(receiver, offset_v, taps);
+  return sums[0] + sums[1] + sums[2];
 }
 
 // Weights of the hidden taps and of all, over the light's image at inverse depth w + reach. A tap stands for a point of

@@ -1,6 +1,11 @@
 // Adds one light to the frame: visibility times unshadowed diffuse and specular light.
 #include "common/receiver.glsl"
 #include "common/material.glsl"
+#ifdef HAS_FOG
+#include "shade/fog.glsl"
+uniform float light_height;  // of the light's centre over the fog's ground
+uniform vec3 up;             // in the light's frame
+#endif
 
 layout(location = 0) out vec4 color;
 
@@ -32,6 +37,10 @@ void main() {
   // Of the light above the horizon, the visible part: what is below is not in `reflected`. A share of -1: does not receive.
   vec2 visible_and_share = texelFetch(visibility, ivec2(gl_FragCoord.xy), 0).rg;
   float seen = visible_and_share.x / (visible_and_share.y > 0.0 ? visible_and_share.y : 1.0);
+#ifdef HAS_FOG
+  float way_m = length(receiver.position);
+  seen *= exp(-OpticalDepth(ExtinctionAt(light_height), dot(receiver.position, up) / way_m, way_m));
+#endif
   bool is_drawn = receiver.is_drawn && receiver.position.z > 0.0;
   color = is_drawn ? vec4(seen * emitted * reflected, 0.0) : vec4(0.0);
 }

@@ -8,9 +8,17 @@ layout(location = 0) out vec4 blurred_row;
 
 uniform sampler2D proofs;
 uniform sampler2D blocker_rows;
+uniform sampler2D nearer_blocker_rows;
 uniform float alpha;
 
 const float kRounding = 1e-3;
+
+// The sums, where their blockers as a whole are far enough from the receiver to hide part of the light from so far off.
+// The outermost row is just as far off as the nearest occluder allows: it must not fail by the rounding of its average.
+vec2 Hiding(vec2 sums, float offset, float receiver_w) {
+  bool hides = abs(offset) * sums.x <= half_edges.y * (sums.y - receiver_w * sums.x) * (1.0 + kRounding);
+  return hides ? sums : vec2(0.0);
+}
 
 void main() {
   Receiver receiver = FetchReceiver(gl_FragCoord.xy);
@@ -31,11 +39,10 @@ void main() {
     SharedRow row = FindRow(blocker_rows, line, map_receiver, offset, tolerance);
     bool is_shared = row.is_near && sees_whole && IsWithin(alpha, map_receiver.w, row.w, map_receiver.w);
     vec2 own = SumBlockerRow(map_receiver, offset, is_shared ? 0 : taps) / float(taps);
-    // Of the blockers of a row as a whole: far enough from the receiver to hide part of the light from so far off. The
-    // outermost row is just as far off as the nearest occluder allows: it must not fail by the rounding of its average.
-    vec2 sums = row.values;
-    bool hides = abs(offset) * sums.x <= half_edges.y * (sums.y - map_receiver.w * sums.x) * (1.0 + kRounding);
-    blockers += !is_shared ? own : hides ? sums / map_receiver.window.reach : vec2(0.0);
+    vec4 nearer = textureLod(nearer_blocker_rows, row.place, 0.0);
+    vec2 found = Hiding(row.values, offset, map_receiver.w) + Hiding(nearer.xy, offset, map_receiver.w) +
+                 Hiding(nearer.zw, offset, map_receiver.w);
+    blockers += is_shared ? found / map_receiver.window.reach : own;
   }
   float reach = max(blockers.y / blockers.x - map_receiver.w, 1e-30);  // over 0: there are blockers
   float band = BandHeight(receiver);

@@ -4,7 +4,8 @@
 // Row textures: x the pixel's place on its ray (1/distance along the camera's axis; the distance where orthographic):
 // affine over the picture on every plane, so that between pixels it is exact; kNowhere: not to be used. y its w. Then
 // what is shared: sums of the blockers' depth and count, weighed by the reach of the search (rows of wider windows have
-// sparser taps); or the hidden fraction of a blurred row and the reach of the filter.
+// sparser taps), of the third of them that is closest to the receiver, the other two in a texture of their own; or the
+// hidden fraction of a blurred row and the reach of the filter.
 //
 // A row is looked up where the receiver's tangent plane meets it, between four pixels. It will do if what stands there
 // is within a texel of the row's place, or half the distance of taps or rows, and within the threshold of the depth
@@ -23,8 +24,6 @@ float PlaceOnRay(Receiver receiver) {
   return is_orthographic ? along : 1.0 / along;
 }
 
-// How far the row of a pixel is from its neighbour's, in slopes, on the receiver's plane: the band of the map that the
-// row stands for. Point samples of it would tear edges along rows.
 // The light is whole above the receiver's plane. Where the plane cuts it, as it does along a solid's terminator, rows
 // are of no use to others: neighbours' planes cut it elsewhere.
 bool SeesWholeLight(MapReceiver receiver) {
@@ -40,6 +39,8 @@ int TapsFor(float half_window_texels, int most) {
 // A band of more than this part of half the window's height tells nothing of a row.
 const float kMostOfWindow = 0.5;
 
+// How far the row of a pixel is from its neighbour's, in slopes, on the receiver's plane: the band of the map that the
+// row stands for. Point samples of it would tear edges along rows.
 float BandHeight(Receiver receiver) {
   vec3 to = receiver.position - eye_in_light;
   float along = (ndc_from_light * to).z;
@@ -83,6 +84,7 @@ struct SharedRow {
   float w;       // of what stands there
   float w_asked;
   vec2 values;
+  vec2 place;  // in the picture, 0..1
 };
 
 SharedRow FindRow(sampler2D rows, RowLine line, MapReceiver receiver, float offset, vec2 tolerance) {
@@ -107,6 +109,7 @@ SharedRow FindRow(sampler2D rows, RowLine line, MapReceiver receiver, float offs
                 all(lessThanEqual(off, tolerance));
   row.w = found.y;
   row.values = found.zw;
+  row.place = pixel / picture_size;
   return row;
 }
 

@@ -41,7 +41,7 @@ const std::vector<Room> kRooms = {
     {"renderer/light/", {"renderer/gl/", "renderer/image/", "renderer/math/", "renderer/scene/"}},
     // A method's room has the door, and never another method's room.
     {"renderer/shadow/",
-     {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/scene/",
+     {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/passes.h", "renderer/scene/",
       "renderer/shadow/shadow_method.h"}},
     // The one file that knows every method.
     {"renderer/shadow/registry.cc", {"renderer/renderer.h", "renderer/shadow/"}},
@@ -59,6 +59,7 @@ const std::vector<Room> kRooms = {
      {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
       "renderer/shade/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
     {"renderer/certify.", {"renderer/image/image.h", "renderer/light/", "renderer/scene/ray_scene.h"}},
+    {"renderer/light_layers.", {"renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
     {"renderer/passes.", {"renderer/gl/"}},
     {"renderer/prepare_light.",
      {"renderer/gl/", "renderer/light/", "renderer/plan/", "renderer/scene/", "renderer/shadow/shadow_method.h"}},
@@ -95,8 +96,9 @@ const std::vector<Foreign> kForeign = {
     // Rooms that are tested without a context see no GL.
     {{"glad/", "EGL/", "GL/"},
      {"renderer/gl/", "renderer/scene/scene_on_context", "renderer/light/", "renderer/shadow/", "renderer/shade/",
-      "renderer/renderer.", "renderer/frame.", "renderer/light_view.", "renderer/passes.", "renderer/prepare_light.",
-      "renderer/query.", "renderer/soft_shadow_map.", "renderer/warm_up.", "server/", "client/"}},
+      "renderer/renderer.", "renderer/frame.", "renderer/light_layers.", "renderer/light_view.", "renderer/passes.",
+      "renderer/prepare_light.", "renderer/query.", "renderer/soft_shadow_map.", "renderer/warm_up.", "server/",
+      "client/"}},
     {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
     {{"tbb/"},
      {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles", "renderer/shadow/pdsm/"}},

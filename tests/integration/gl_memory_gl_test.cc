@@ -1,7 +1,10 @@
 // What stays in GL memory between calls, seen from the wire: kept, found, counted, freed.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <thread>
 
@@ -20,9 +23,10 @@ using namespace std::chrono_literals;
 
 class GlMemoryTest : public testing::Test {
  protected:
-  GlMemoryTest() {
-    auto server = Server::Start(ServerOptions());
-    EXPECT_OK(server);
+  GlMemoryTest() { Start({}); }
+  void Start(const ServerOptions& options) {
+    auto server = Server::Start(options);
+    ASSERT_OK(server);
     server_ = *std::move(server);
     channel_ = server_->InProcessChannel();
     scenes_ = v1::SceneService::NewStub(channel_);
@@ -117,6 +121,57 @@ TEST_F(GlMemoryTest, LightDataIsFoundByTheNextCameraCountedAndFreedWithItsScene)
   request.set_scene(other);
   Render(request);
   EXPECT_TRUE(Becomes([&] { return Caches()["light_data"].misses() == 2; }));
+}
+
+// PDSM of a scene that outlives the server: the next one on the folder draws no maps for it, unless its file is
+// damaged.
+TEST_F(GlMemoryTest, TheNextServerOnTheFolderFindsThePdsm) {
+  const auto folder = std::filesystem::temp_directory_path() / ("light_store_" + std::to_string(getpid()));
+  ServerOptions options;
+  options.scene_store_dir = folder;
+  v1::RenderRequest request;
+  const auto render_anew = [&](const std::string& method) {
+    server_.reset();
+    Start(options);
+    request.set_scene(MakeScene(1));
+    request.mutable_method()->mutable_pdsm()->set_map_size(64);
+    request.mutable_method()->mutable_pdsm()->set_pdsm_size(64);
+    if (method == "multi_map") request.mutable_method()->mutable_multi_map()->set_k(4);
+    const v1::RenderResponse response = Render(request);
+    for (const v1::Pass& pass : response.report().passes()) {
+      if (pass.name() == "light[0]/light_data") return pass;
+    }
+    ADD_FAILURE() << "no pass of light data";
+    return v1::Pass();
+  };
+  request.set_width(32);
+  request.set_height(32);
+  EXPECT_EQ(render_anew("pdsm").count(), 64u);
+  const v1::Pass found = render_anew("pdsm");
+  EXPECT_EQ(found.count(), 0u);
+  EXPECT_EQ(found.reason(), "from the store");
+  server_.reset();
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "light_data")) {
+    std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(1000);
+    file.put('?');
+    ++files;
+  }
+  EXPECT_EQ(files, 1);
+  const v1::Pass again = render_anew("pdsm");
+  EXPECT_EQ(again.count(), 64u);
+  EXPECT_EQ(again.reason(), "what the store has is not whole: built again");
+  EXPECT_EQ(render_anew("pdsm").reason(), "from the store") << "it was replaced";
+  EXPECT_EQ(render_anew("multi_map").count(), 4u);
+  grpc::ClientContext context;
+  v1::DeleteSceneRequest remove;
+  remove.set_name(request.scene());
+  v1::DeleteSceneResponse removed;
+  EXPECT_TRUE(scenes_->DeleteScene(&context, remove, &removed).ok());
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "light_data"));
+  server_.reset();
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <memory>
@@ -146,6 +147,7 @@ class ScenesTest : public testing::Test {
     request.set_scene(scene);
     request.set_width(8);
     request.set_height(8);
+    request.set_seed(++seed_);  // identical requests would be one
     return renders_->Render(&context, request, response);
   }
   v1::GetStatisticsResponse Statistics() {
@@ -161,6 +163,7 @@ class ScenesTest : public testing::Test {
   std::unique_ptr<Server> server_;
   std::unique_ptr<v1::SceneService::Stub> scenes_;
   std::unique_ptr<v1::RenderService::Stub> renders_;
+  std::atomic<uint32_t> seed_{0};
   std::unique_ptr<v1::ServerService::Stub> statistics_;
 };
 

@@ -60,11 +60,11 @@ class FakeRenderer : public Renderer {
   absl::StatusOr<RenderResult> Render(const std::string&, const FlatScene&, const RenderRequest& request,
                                       const StopCheck& stop) override {
     ++renders_begun;
-    const auto end = Clock::now() + std::chrono::milliseconds(render_ms);
+    const auto begin = Clock::now();
     do {
       if (const absl::Status status = stop(); !status.ok()) return status;
       std::this_thread::sleep_for(1ms);
-    } while (Clock::now() < end);
+    } while (Clock::now() < begin + std::chrono::milliseconds(render_ms));
     RenderResult result;
     for (const OutputKind kind : request.outputs) {
       result.images.push_back(
@@ -76,11 +76,11 @@ class FakeRenderer : public Renderer {
   // Of each point and light: its place in the answer.
   absl::StatusOr<QueryResult> QueryVisibility(const std::string&, const FlatScene&, const RenderRequest& request,
                                               const QueryPoints& points, const StopCheck& stop) override {
-    const auto end = Clock::now() + std::chrono::milliseconds(render_ms);
+    const auto begin = Clock::now();
     do {
       if (const absl::Status status = stop(); !status.ok()) return status;
       std::this_thread::sleep_for(1ms);
-    } while (Clock::now() < end);
+    } while (Clock::now() < begin + std::chrono::milliseconds(render_ms));
     QueryResult result;
     for (size_t i = 0; i < points.points_ws.size() * request.lights.size(); ++i) {
       result.visibility.push_back(float(i));
@@ -143,8 +143,10 @@ class ServiceTest : public testing::Test {
     return response.scene().name();
   }
 
-  v1::RenderRequest Request(const std::string& scene) const {
+  // No two are alike: identical requests would be one.
+  v1::RenderRequest Request(const std::string& scene) {
     v1::RenderRequest request;
+    request.set_seed(++seed_);
     request.set_scene(scene);
     request.set_width(16);
     request.set_height(16);
@@ -160,6 +162,7 @@ class ServiceTest : public testing::Test {
     return Render(request, &context);
   }
 
+  uint32_t seed_ = 0;
   ServerOptions options_;
   std::unique_ptr<Server> server_;
   std::shared_ptr<grpc::Channel> channel_;
@@ -311,6 +314,99 @@ TEST_F(ServiceTest, AFullQueueAnswersResourceExhaustedWithPushback) {
   for (std::thread& caller : callers) caller.join();
 }
 
+TEST_F(ServiceTest, ARepeatedRequestIsNotRenderedAgainUnlessItAsksForThat) {
+  v1::RenderRequest request = Request(MakeScene());
+  v1::RenderResponse first, second;
+  for (v1::RenderResponse* response : {&first, &second}) {
+    grpc::ClientContext context;
+    EXPECT_TRUE(renders_->Render(&context, request, response).ok());
+  }
+  EXPECT_EQ(renders_begun, 1);
+  EXPECT_EQ(second.images(0).data(), first.images(0).data());
+  EXPECT_EQ(second.report().content_key(), first.report().content_key());
+  EXPECT_EQ(second.report().outputs(0).pixel_sha256(), first.report().outputs(0).pixel_sha256());
+  ASSERT_EQ(second.report().caches_size(), 1);
+  EXPECT_EQ(second.report().caches(0).name(), "result");
+  EXPECT_EQ(second.report().caches(0).hits(), 1u);
+  ASSERT_EQ(second.report().passes_size(), 1);
+  EXPECT_TRUE(second.report().passes(0).skipped());
+  EXPECT_EQ(second.report().timing().cpu_ms(), 0);
+  request.set_cache(v1::CACHE_MODE_REFRESH);
+  EXPECT_TRUE(Render(request).ok());
+  EXPECT_EQ(renders_begun, 2);
+  request.set_cache(v1::CACHE_MODE_USE);
+  request.mutable_certify()->set_pixels(64);
+  request.mutable_certify()->set_rays(16);
+  EXPECT_TRUE(Render(request).ok());
+  EXPECT_EQ(renders_begun, 3) << "the same pixels, and yet another reply";
+}
+
+// Whoever comes first may go: the render goes on as long as somebody wants it, and stops with the last.
+TEST_F(ServiceTest, IdenticalRequestsUnderWayAreOneRenderThatStopsWithTheLastOfThem) {
+  const v1::RenderRequest request = Request(MakeScene());
+  render_ms = 600'000;
+  constexpr int kCalls = 4;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<grpc::Status> statuses(kCalls);
+  std::vector<std::thread> callers;
+  for (int i = 0; i < kCalls; ++i) {
+    grpc::ClientContext* context = contexts.emplace_back(std::make_unique<grpc::ClientContext>()).get();
+    callers.emplace_back([&, context, i] { statuses[i] = Render(request, context); });
+    while (renders_begun == 0) std::this_thread::sleep_for(1ms);
+  }
+  std::this_thread::sleep_for(200ms);  // the others wait
+  contexts[0]->TryCancel();
+  callers[0].join();
+  EXPECT_EQ(statuses[0].error_code(), grpc::StatusCode::CANCELLED);
+  contexts[2]->TryCancel();
+  callers[2].join();
+  std::this_thread::sleep_for(50ms);
+  render_ms = 0;
+  for (const int i : {1, 3}) {
+    callers[i].join();
+    EXPECT_TRUE(statuses[i].ok()) << statuses[i].error_message();
+  }
+  EXPECT_EQ(renders_begun, 1);
+
+  // Nobody is left: the context is free for others.
+  const v1::RenderRequest other = Request(request.scene());
+  render_ms = 600'000;
+  grpc::ClientContext a, b;
+  std::thread first([&] { EXPECT_EQ(Render(other, &a).error_code(), grpc::StatusCode::CANCELLED); });
+  while (renders_begun == 1) std::this_thread::sleep_for(1ms);
+  std::thread second([&] { EXPECT_EQ(Render(other, &b).error_code(), grpc::StatusCode::CANCELLED); });
+  std::this_thread::sleep_for(100ms);
+  b.TryCancel();
+  second.join();
+  a.TryCancel();
+  first.join();
+  render_ms = 0;
+  grpc::ClientContext next;
+  next.set_deadline(std::chrono::system_clock::now() + 5s);
+  EXPECT_TRUE(Render(Request(request.scene()), &next).ok());
+}
+
+TEST_F(ServiceTest, WhereTheFirstOfIdenticalRequestsLeavesTheQueueTheNextTakesItsPlace) {
+  const std::string scene = MakeScene();
+  render_ms = 600'000;
+  grpc::ClientContext busy;
+  std::thread ahead([&] { Render(Request(scene), &busy); });
+  while (renders_begun == 0) std::this_thread::sleep_for(1ms);
+  const v1::RenderRequest request = Request(scene);
+  grpc::ClientContext a, b;
+  std::thread first([&] { EXPECT_EQ(Render(request, &a).error_code(), grpc::StatusCode::CANCELLED); });
+  std::this_thread::sleep_for(100ms);
+  std::thread second([&] { EXPECT_TRUE(Render(request, &b).ok()); });
+  std::this_thread::sleep_for(100ms);
+  a.TryCancel();
+  first.join();
+  render_ms = 0;
+  busy.TryCancel();
+  ahead.join();
+  second.join();
+  EXPECT_EQ(renders_begun, 2);
+}
+
 TEST_F(ServiceTest, DrainLetsTheCallUnderWayFinishAndTakesNoMore) {
   const std::string scene = MakeScene();
   render_ms = 500;
@@ -356,12 +452,29 @@ TEST_F(ServiceTest, AQueryOfPointsComesBackInOrderAndStopsWhenItIsTooLate) {
   EXPECT_EQ(refused.error_message(), "points: 35 bytes; must be a multiple of 12");
 }
 
-TEST_F(ServiceTest, WhatIsNotThereYetSaysSoByName) {
+TEST_F(ServiceTest, APlanSaysWhatWouldBeDoneAndDrawsNothing) {
+  v1::PlanRenderRequest plan;
+  *plan.mutable_request() = Request(MakeScene());
+  plan.mutable_request()->mutable_method()->mutable_hard()->set_map_size(77);
+  plan.mutable_request()->add_outputs()->set_kind(v1::OUTPUT_KIND_VISIBILITY);
   grpc::ClientContext context;
   v1::PlanRenderResponse response;
-  const grpc::Status status = renders_->PlanRender(&context, {}, &response);
-  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-  EXPECT_EQ(status.error_message(), "RenderService.PlanRender is not available in this version");
+  EXPECT_TRUE(renders_->PlanRender(&context, plan, &response).ok());
+  EXPECT_EQ(response.plan().method(), "hard");
+  EXPECT_EQ(response.plan().options().hard().map_size(), 77u);
+  std::vector<std::string> skipped;
+  for (const v1::Pass& pass : response.plan().passes()) {
+    if (pass.skipped()) skipped.push_back(pass.name() + ": " + pass.reason());
+  }
+  EXPECT_THAT(skipped, testing::Contains("shade: no FRAME is asked"));
+  EXPECT_EQ(renders_begun, 0);
+
+  plan.mutable_request()->set_width(99999);
+  grpc::ClientContext bad;
+  EXPECT_EQ(renders_->PlanRender(&bad, plan, &response).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  *plan.mutable_request() = Request("scenes/" + std::string(64, '0'));
+  grpc::ClientContext absent;
+  EXPECT_EQ(renders_->PlanRender(&absent, plan, &response).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
 TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {

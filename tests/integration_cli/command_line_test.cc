@@ -61,7 +61,7 @@ TEST_F(CommandLineTest, AFolderThatIsNotThereExitsWith74BeforeAnythingIsRendered
 }
 
 TEST_F(CommandLineTest, CommandsOfLaterVersionsSaySoAndExitWith69) {
-  for (const char* command : {"plan", "batch", "sample"}) {
+  for (const char* command : {"batch", "sample"}) {
     Expect(69, std::string(command) + " is not available", {command, "a", "--flag", "b"});
   }
 }

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "client/glb_writer.h"
@@ -212,6 +213,19 @@ TEST_F(RenderCommandTest, ACertificateMeasuresTheErrorAndChangesNoPixel) {
   EXPECT_EQ(Run(render + kPicture + std::vector<std::string>{"--certify", "63,256"}).exit_code, 65);
 }
 
+TEST_F(RenderCommandTest, APlanNamesMethodOptionsAndWhatIsLeftOut) {
+  const std::vector<std::string> plan = {"plan",  "scene.glb", "--method", "multi_map",
+                                         "--set", "k=7",       "-o",       "VISIBILITY=v.f32"};
+  const Ran text = Run(plan);
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("method   multi_map\noptions  k: 7"));
+  EXPECT_THAT(text.out, HasSubstr("skipped  shade: no FRAME is asked\n"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "v.f32"));
+  const json report = json::parse(Run(plan + std::vector<std::string>{"--json"}).out);
+  EXPECT_EQ(report["method"], "multi_map");
+  EXPECT_EQ(report["options"]["multiMap"]["k"], 7);
+}
+
 TEST_F(RenderCommandTest, MoreThanFourMebibytesComeThrough) {
   const Ran ran = Run({"render", "scene.glb", "-o", "out.f32", "--size", "640x480", "--method", "hard"});
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
@@ -259,7 +273,8 @@ TEST_F(RenderCommandTest, HealthSaysServing) {
 TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
   ServerProcess server;
   const std::vector<std::string> render = {"--server", server.address(), "render"};
-  const std::vector<std::string> good = render + std::vector<std::string>{"scene.glb", "-o", "good.png"} + kPicture;
+  const std::vector<std::string> good =
+      render + std::vector<std::string>{"scene.glb", "-o", "good.png", "--cache", "refresh"} + kPicture;
   const auto before = Digests(good);
   ASSERT_EQ(before.size(), 1u);
 

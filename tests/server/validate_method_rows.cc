@@ -156,10 +156,50 @@ std::vector<ValidateRow> MethodRows() {
       {"PdsmTraversal",
        [](Request& r) { r.mutable_method()->mutable_pdsm()->set_construction(v1::PDSM_CONSTRUCTION_TRAVERSAL); }, ok,
        ""},
-      {"PdsmSurfaceOnly", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_surface_only(true); },
-       Code::kUnimplemented, "method.pdsm.surface_only: "},
-      {"PdsmSoftEvents", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_soft_events(true); },
-       Code::kUnimplemented, "method.pdsm.soft_events: "},
+      {"PdsmSurfaceOnly", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_surface_only(true); }, ok, ""},
+      {"PdsmSurfaceOnlyVolume",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_surface_only(true);
+         r.mutable_method()->mutable_pdsm()->set_layout(v1::PDSM_LAYOUT_VOLUME);
+       },
+       bad, "method.pdsm.surface_only: true; a VOLUME holds slices"},
+      {"PdsmSoftEvents", [](Request& r) { r.mutable_method()->mutable_pdsm()->set_soft_events(true); }, ok, ""},
+      {"PdsmSoftEventsOfNoPowerOfTwo",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_k(48);
+       },
+       bad, "method.pdsm.k: 48; with soft_events it must be a power of two"},
+      {"PdsmSoftEventsTraversal",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_construction(v1::PDSM_CONSTRUCTION_TRAVERSAL);
+       },
+       bad, "method.pdsm.soft_events: true; TRAVERSAL has none"},
+      {"PdsmSoftEventsVolume",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_layout(v1::PDSM_LAYOUT_VOLUME);
+       },
+       bad, "method.pdsm.soft_events: true; a VOLUME has no events"},
+      {"PdsmSoftEventsOfSurfaces",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_surface_only(true);
+       },
+       bad, "method.pdsm.surface_only: true; not with soft_events"},
+      {"PdsmSoftEpsLeast",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_eps(0.001f);
+       },
+       ok, ""},
+      {"PdsmSoftEpsBelow",
+       [](Request& r) {
+         r.mutable_method()->mutable_pdsm()->set_soft_events(true);
+         r.mutable_method()->mutable_pdsm()->set_eps(0.00099f);
+       },
+       bad, "method.pdsm.eps: 0.0009899999713525176; must be 0.001 to below 0.5"},
       {"SssmLeast",
        [](Request& r) {
          v1::SssmOptions* sssm = r.mutable_method()->mutable_sssm();

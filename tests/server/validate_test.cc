@@ -212,7 +212,33 @@ std::vector<ValidateRow> FieldRows() {
          r.add_outputs()->set_encoding(v1::ENCODING_JPEG);
        },
        bad, "outputs[0].encoding: JPEG holds no alpha"},
-      {"Fog", [](Request& r) { r.mutable_fog(); }, later, "fog: "},
+      {"Fog", [](Request& r) { r.mutable_fog(); }, ok, ""},
+      {"FogMost",
+       [](Request& r) {
+         r.mutable_fog()->set_density_per_m(1e6);
+         r.mutable_fog()->set_falloff_height_m(1e15);
+         r.mutable_fog()->set_ground_m(-1e15);
+         r.mutable_fog()->mutable_albedo()->set_g(1);
+       },
+       ok, ""},
+      {"FogDensityBelow", [](Request& r) { r.mutable_fog()->set_density_per_m(-0.1); }, bad,
+       "fog.density_per_m: -0.1; must be 0 to 1e+06"},
+      {"FogDensityAbove", [](Request& r) { r.mutable_fog()->set_density_per_m(1.1e6); }, bad, "fog.density_per_m: 1"},
+      {"FogDensityNan", [](Request& r) { r.mutable_fog()->set_density_per_m(NAN); }, bad, "fog.density_per_m: nan"},
+      {"FogAlbedoAbove", [](Request& r) { r.mutable_fog()->mutable_albedo()->set_b(1.5f); }, bad,
+       "fog.albedo.b: 1.5; must be 0 to 1"},
+      {"FogAlbedoBelow", [](Request& r) { r.mutable_fog()->mutable_albedo()->set_r(-1); }, bad,
+       "fog.albedo.r: -1; must be 0 to 1"},
+      {"FogFalloffBelow", [](Request& r) { r.mutable_fog()->set_falloff_height_m(-1); }, bad,
+       "fog.falloff_height_m: -1; must be 0 to 1e+15"},
+      {"FogGroundInfinite", [](Request& r) { r.mutable_fog()->set_ground_m(INFINITY); }, bad, "fog.ground_m: inf"},
+      {"FogOnACatcher",
+       [](Request& r) {
+         r.mutable_fog();
+         r.mutable_ground()->set_size_m(1);
+         r.mutable_ground()->set_shadow_catcher(true);
+       },
+       bad, "fog: with ground.shadow_catcher"},
       {"AnimationPose", [](Request& r) { r.mutable_animation(); }, later, "animation: "},
       {"BudgetAsked", [](Request& r) { r.mutable_budget(); }, later, "budget: "},
       {"CertifyLeast", [](Request& r) { Certify(r, 64, 16); }, ok, ""},

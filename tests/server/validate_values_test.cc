@@ -336,6 +336,21 @@ TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
   EXPECT_NE(first, key());
   request.set_samples(1);
   EXPECT_EQ(first, key());
+  request.mutable_fog()->set_density_per_m(0.1);
+  const std::string with_fog = key();
+  EXPECT_NE(first, with_fog);
+  request.mutable_fog()->set_density_per_m(0.2);
+  EXPECT_NE(with_fog, key());
+  request.clear_fog();
+  EXPECT_EQ(first, key());
+  request.mutable_method()->mutable_pdsm()->set_layout(v1::PDSM_LAYOUT_INDEXED);
+  const std::string indexed = key();
+  request.mutable_method()->mutable_pdsm()->set_surface_only(true);
+  EXPECT_NE(indexed, key());
+  request.mutable_method()->mutable_pdsm()->set_surface_only(false);
+  request.mutable_method()->mutable_pdsm()->set_soft_events(true);
+  EXPECT_NE(indexed, key());
+  request.clear_method();
   request.mutable_shading()->set_tone_map(v1::TONE_MAP_NEUTRAL);
   EXPECT_NE(first, key());
 }

@@ -1,6 +1,8 @@
 #include "renderer/shadow/pdsm/attenuation.h"
 
 #include <algorithm>
+#include <cassert>
+#include <functional>
 #include <limits>
 
 namespace halfshade::pdsm {
@@ -53,6 +55,17 @@ float Evaluate(std::span<const Vertex> function, float depth) {
   return before.value + (next->value - before.value) * along;
 }
 
+namespace {
+
+// The value just beyond a depth: of a jump there, the one farther from the light.
+float EvaluateBeyond(std::span<const Vertex> function, float depth) {
+  const auto next = std::partition_point(function.begin(), function.end(),
+                                         [&](const Vertex& vertex) { return vertex.depth >= depth; });
+  return next != function.begin() && next[-1].depth == depth ? next[-1].value : Evaluate(function, depth);
+}
+
+}  // namespace
+
 void Compress(std::span<const Vertex> function, float eps, std::vector<Vertex>* out) {
   // Slopes and ends are rounded to floats: an ulp of 1 is kept back for that.
   const float bound = std::max(0.0f, eps - std::numeric_limits<float>::epsilon());
@@ -89,17 +102,60 @@ void Compress(std::span<const Vertex> function, float eps, std::vector<Vertex>* 
   if (is_open && window.End().value != window.origin().value) out->push_back(window.End());
 }
 
-AttenuationFunctions JoinRows(int size, const std::vector<uint32_t>& counts,
-                              const std::vector<std::vector<Vertex>>& rows) {
+void FunctionRow::Add(std::span<const Vertex> exact, float eps) {
+  const size_t first = vertices.size();
+  if (!exact.empty()) Compress(exact, eps, &vertices);
+  counts.push_back(uint32_t(vertices.size() - first));
+}
+
+AttenuationFunctions JoinRows(const std::vector<FunctionRow>& rows) {
   AttenuationFunctions functions;
-  functions.size = size;
-  functions.first.resize(counts.size() + 1);
-  for (size_t ray = 0; ray < counts.size(); ++ray) functions.first[ray + 1] = functions.first[ray] + counts[ray];
+  functions.size = int(rows.size());
+  functions.first.reserve(rows.size() * rows.size() + 1);
+  functions.first.push_back(0);
+  for (const FunctionRow& row : rows) {
+    for (const uint32_t count : row.counts) functions.first.push_back(functions.first.back() + count);
+  }
   functions.vertices.reserve(functions.first.back());
-  for (const std::vector<Vertex>& row : rows) {
-    functions.vertices.insert(functions.vertices.end(), row.begin(), row.end());
+  for (const FunctionRow& row : rows) {
+    functions.vertices.insert(functions.vertices.end(), row.vertices.begin(), row.vertices.end());
   }
   return functions;
+}
+
+AttenuationFunctions Add(const AttenuationFunctions& a, const AttenuationFunctions& b) {
+  assert(a.size == b.size);
+  AttenuationFunctions sum;
+  sum.size = a.size;
+  sum.first.push_back(0);
+  std::vector<float> depths;
+  for (size_t ray = 0; ray + 1 < a.first.size(); ++ray) {
+    const std::span<const Vertex> of_a = a.Function(ray), of_b = b.Function(ray);
+    depths.clear();
+    for (const auto& function : {of_a, of_b}) {
+      for (const Vertex& vertex : function) depths.push_back(vertex.depth);
+    }
+    std::sort(depths.begin(), depths.end(), std::greater<float>());
+    depths.erase(std::unique(depths.begin(), depths.end()), depths.end());
+    Vertex before;  // not clamped
+    const auto add = [&](float depth, float value) {
+      // Where a slope reaches 1.
+      if ((before.value - 1) * (value - 1) < 0 && depth < before.depth) {
+        const float along = (1 - before.value) / (value - before.value);
+        sum.vertices.push_back({before.depth + (depth - before.depth) * along, 1});
+      }
+      before = {depth, value};
+      sum.vertices.push_back({depth, std::min(value, 1.0f)});
+    };
+    for (const float depth : depths) {
+      const float near = Evaluate(of_a, depth) + Evaluate(of_b, depth);
+      const float far = EvaluateBeyond(of_a, depth) + EvaluateBeyond(of_b, depth);
+      add(depth, near);
+      if (far != near) add(depth, far);
+    }
+    sum.first.push_back(uint32_t(sum.vertices.size()));
+  }
+  return sum;
 }
 
 FunctionCounts CountVertices(const AttenuationFunctions& functions) {

@@ -35,9 +35,17 @@ float Evaluate(std::span<const Vertex> function, float depth);
 // and 1 where the function is. eps >= 0.
 void Compress(std::span<const Vertex> function, float eps, std::vector<Vertex>* out);
 
-// One set from its rows: counts[ray] vertices each, in order.
-AttenuationFunctions JoinRows(int size, const std::vector<uint32_t>& counts,
-                              const std::vector<std::vector<Vertex>>& rows);
+// The functions of one row of rays, compressed one after the other.
+struct FunctionRow {
+  std::vector<Vertex> vertices;
+  std::vector<uint32_t> counts;
+  void Add(std::span<const Vertex> exact, float eps);
+};
+AttenuationFunctions JoinRows(const std::vector<FunctionRow>& rows);
+
+// At every depth of every ray a's value plus b's, at most 1: of two sets of occluders that do not hide the same part of
+// the light. Of one size.
+AttenuationFunctions Add(const AttenuationFunctions& a, const AttenuationFunctions& b);
 
 struct FunctionCounts {
   double mean = 0;

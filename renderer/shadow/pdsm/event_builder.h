@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -13,6 +14,19 @@
 namespace halfshade::pdsm {
 
 enum class EventForm : uint8_t { kTraversal, kScatter };
+
+// How exact functions become the ones that are kept.
+struct Finishing {
+  float eps = 0;                 // as Compress
+  bool is_surface_only = false;  // eps holds where a map shows a surface on the ray, in light, in umbra and behind them
+  // Asked between chunks of rows, on the calling thread; not OK: Finish returns it. Null: nobody asks.
+  std::function<absl::Status()> stop = nullptr;
+};
+
+// All rows, made on TBB's threads.
+absl::StatusOr<AttenuationFunctions> FinishRows(int size, const std::function<absl::Status()>& stop,
+                                                const std::function<void(int row, FunctionRow* out)>& make_row);
+absl::Status TooManyEvents(uint64_t events, int maps, uint64_t max_events);
 
 // Holds 8 bytes an event. Runs on TBB's threads; the functions do not depend on them.
 class EventBuilder {
@@ -28,8 +42,8 @@ class EventBuilder {
     AttenuationFunctions functions;
     FunctionCounts raw;  // events before compression
   };
-  // Each event is 1 / (the number of maps). Events of one depth merge. `eps`: as Compress. The builder is empty then.
-  Result Finish(float eps);
+  // Each event is 1 / (the number of maps). Events of one depth merge. The builder is empty then.
+  absl::StatusOr<Result> Finish(const Finishing& finishing);
 
  private:
   struct Rows;

@@ -25,6 +25,7 @@ struct Event {
   bool is_entry = true;  // becomes hidden
   EventKind kind = EventKind::kTop;
   glm::ivec2 texel{0};  // the one whose top it is, or that is entered
+  glm::ivec2 move{0};   // from the texel that is left (kWall)
 };
 
 // Algorithm 1: every ray of row `row` of the PDSM over every texel that it meets. emit(const Event&).
@@ -43,9 +44,10 @@ void TraverseRow(const Grid& grid, const SampleMap& map, const SamplePath& path,
       const glm::ivec2 texel = ray * grid.map_texels + step.cell;
       const float depth = depth_of(texel);
       if (q > 0 && (before > step.depth) != (depth > step.depth)) {
-        emit(Event{ray, step.depth, depth > step.depth, EventKind::kWall, texel});
+        emit(Event{ray, step.depth, depth > step.depth, EventKind::kWall, texel, step.cell - path.steps[q - 1].cell});
       }
-      if (depth > leaves_at && depth <= step.depth) emit(Event{ray, depth, true, EventKind::kTop, texel});
+      if (depth > leaves_at && depth <= step.depth)
+        emit(Event{ray, depth, true, EventKind::kTop, texel, glm::ivec2(0)});
       before = depth;
     }
   }
@@ -76,12 +78,13 @@ class TexelSteps {
     return is_inside ? steps_[size_t(y) * grid_.map_size + x] : none_;
   }
   template <typename Emit>
-  void Send(const glm::ivec2& texel, int step, float depth, bool is_entry, EventKind kind, const Emit& emit) const {
+  void Send(const glm::ivec2& texel, int step, float depth, bool is_entry, EventKind kind, const glm::ivec2& move,
+            const Emit& emit) const {
     const glm::ivec2 place = texel - path_.steps[step].cell;
     if (place.x < 0 || place.y < 0) return;
     const glm::ivec2 ray = place / grid_.map_texels;
     if (ray.x >= grid_.size || ray.y >= grid_.size || ray * grid_.map_texels != place) return;
-    emit(Event{ray, depth, is_entry, kind, texel});
+    emit(Event{ray, depth, is_entry, kind, texel, move});
   }
   // The border that is crossed from `from` into `to`.
   template <typename Emit>
@@ -91,7 +94,7 @@ class TexelSteps {
     const int last = direction.count_up_to[std::max(from, to)];
     for (int i = first; i < last; ++i) {
       const int step = direction.steps[i];
-      Send(entered, step, path_.steps[step].depth, to < from, EventKind::kWall, emit);
+      Send(entered, step, path_.steps[step].depth, to < from, EventKind::kWall, direction.move, emit);
     }
   }
 
@@ -108,7 +111,7 @@ void TexelSteps::ScatterRow(int row, const Emit& emit) const {
   for (int x = 0; x < grid_.map_size && row < grid_.map_size; ++x) {
     const int step = At(x, row);
     if (step < none_) {
-      Send({x, row}, step, map_.depths[size_t(row) * grid_.map_size + x], true, EventKind::kTop, emit);
+      Send({x, row}, step, map_.depths[size_t(row) * grid_.map_size + x], true, EventKind::kTop, glm::ivec2(0), emit);
     }
   }
   for (const Direction& direction : directions_) {

@@ -4,6 +4,7 @@
 #include <glad/gl.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "renderer/gl/framebuffer.h"
 #include "renderer/gl/handles.h"
@@ -14,6 +15,8 @@
 #include "renderer/shadow/pdsm/draw_sample_maps.h"
 #include "renderer/shadow/pdsm/event_builder.h"
 #include "renderer/shadow/pdsm/slice_builder.h"
+#include "renderer/shadow/pdsm/soft_events.h"
+#include "renderer/shadow/pdsm/stored_functions.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -36,15 +39,19 @@ struct PdsmData : LightData {
   PdsmLayout layout = PdsmLayout::kVolume;
   pdsm::Grid grid;
   int point_count = 0;
+  bool is_loaded = false;      // from the store: no maps were drawn for the functions
   gl::Buffer points;           // vec2 each, light frame
   gl::Buffer first, vertices;  // PdsmLayout::kIndexed
-  gl::Texture volume;          // PdsmLayout::kVolume
+  size_t vertex_count = 0;
+  gl::Texture volume;  // PdsmLayout::kVolume
   uint64_t function_bytes = 0;
   std::unique_ptr<SampleMaps> side_maps;  // beyond the front window; null: nothing is there
   uint64_t SizeBytes() const override {
     return function_bytes + point_count * sizeof(glm::vec2) + (side_maps == nullptr ? 0 : side_maps->SizeBytes());
   }
-  uint64_t MapsDrawn() const override { return point_count + (side_maps == nullptr ? 0 : side_maps->MapsDrawn()); }
+  uint64_t MapsDrawn() const override {
+    return (is_loaded ? 0 : point_count) + (side_maps == nullptr ? 0 : side_maps->MapsDrawn());
+  }
   uint64_t MapsRedrawn() const override { return side_maps == nullptr ? 0 : side_maps->MapsRedrawn(); }
   std::vector<std::pair<std::string, std::string>> ChosenOptions() const override {
     return {{"construction", kConstructionNames[int(construction)]}, {"layout", kLayoutNames[int(layout)]}};
@@ -57,6 +64,7 @@ absl::Status StoreFunctions(const DrawContext& draw, const pdsm::AttenuationFunc
   ASSIGN_OR_RETURN(data.vertices, functions.vertices.empty()
                                       ? gl::Buffer::Create(*draw.context, std::vector<pdsm::Vertex>(1))
                                       : gl::Buffer::Create(*draw.context, functions.vertices));
+  data.vertex_count = functions.vertices.size();
   data.function_bytes = functions.SizeBytes();
   return absl::OkStatus();
 }
@@ -72,21 +80,76 @@ absl::Status StoreVolume(const DrawContext& draw, const pdsm::SliceVolume& volum
   return draw.context->Check("pdsm/volume");
 }
 
+std::vector<pdsm::Stratum> StrataOf(const AreaLight& light, int k) {
+  const bool is_point = light.width_m == 0 && light.height_m == 0;
+  return pdsm::Strata(glm::dvec2(light.width_m, light.height_m) / 2.0, is_point ? 1 : k);
+}
+
+std::vector<glm::dvec2> PointsOf(const LightInputs& inputs, const PdsmOptions& options) {
+  if (!options.has_soft_events) return SobolLightPoints(inputs.light, options.k, inputs.seed);
+  std::vector<glm::dvec2> points;
+  for (const pdsm::Stratum& stratum : StrataOf(inputs.light, options.k)) points.push_back(stratum.middle);
+  return points;
+}
+
+// Of maps that are drawn now.
 absl::Status Build(const DrawContext& draw, const OccludersOnContext& occluders, const std::vector<glm::dvec2>& points,
-                   float eps, PdsmData& data) {
+                   const PdsmOptions& options, PdsmData& data) {
+  const auto add_maps = [&](auto&& add) { return pdsm::DrawSampleMaps(draw, occluders, data.grid, points, add); };
   if (data.construction == PdsmConstruction::kSlices) {
     pdsm::SliceBuilder builder(data.grid, pdsm::EvenSlices(kSlices));
-    RETURN_IF_ERROR(pdsm::DrawSampleMaps(draw, occluders, data.grid, points, [&](const pdsm::SampleMap& map) {
+    RETURN_IF_ERROR(add_maps([&](const pdsm::SampleMap& map) {
       builder.Add(map);
       return absl::OkStatus();
     }));
     return StoreVolume(draw, builder.Finish(), data);
   }
-  pdsm::EventBuilder builder(data.grid, data.construction == PdsmConstruction::kTraversal ? pdsm::EventForm::kTraversal
-                                                                                          : pdsm::EventForm::kScatter);
-  RETURN_IF_ERROR(pdsm::DrawSampleMaps(draw, occluders, data.grid, points,
-                                       [&](const pdsm::SampleMap& map) { return builder.Add(map); }));
-  return StoreFunctions(draw, builder.Finish(eps).functions, data);
+  const pdsm::Finishing finishing = {
+      .eps = options.eps, .is_surface_only = options.is_surface_only, .stop = [&draw] { return draw.pacer->Finish(); }};
+  pdsm::EventBuilder::Result result;
+  if (options.has_soft_events) {
+    const std::vector<pdsm::Stratum> strata = StrataOf(data.light, options.k);
+    pdsm::SoftEventBuilder builder(data.grid);
+    size_t next = 0;
+    RETURN_IF_ERROR(add_maps([&](const pdsm::SampleMap& map) { return builder.Add(map, strata[next++]); }));
+    ASSIGN_OR_RETURN(result, builder.Finish(finishing));
+  } else {
+    const bool traverses = data.construction == PdsmConstruction::kTraversal;
+    pdsm::EventBuilder builder(data.grid, traverses ? pdsm::EventForm::kTraversal : pdsm::EventForm::kScatter);
+    RETURN_IF_ERROR(add_maps([&](const pdsm::SampleMap& map) { return builder.Add(map); }));
+    ASSIGN_OR_RETURN(result, builder.Finish(finishing));
+  }
+  return StoreFunctions(draw, result.functions, data);
+}
+
+// The functions' readers, all but the functions.
+absl::StatusOr<std::unique_ptr<PdsmData>> Prepare(const DrawContext& draw, const LightInputs& inputs,
+                                                  const PdsmOptions& options, const std::vector<glm::dvec2>& points) {
+  auto data = std::make_unique<PdsmData>();
+  data->light = inputs.light;
+  data->point_count = int(points.size());
+  ASSIGN_OR_RETURN(data->points,
+                   gl::Buffer::Create(*draw.context, std::vector<glm::vec2>(points.begin(), points.end())));
+  const OccluderHull& hull = inputs.occluders->hull();
+  data->grid = pdsm::GridOf(hull, glm::dvec2(inputs.light.width_m, inputs.light.height_m) / 2.0, points,
+                            options.map_size, options.pdsm_size);
+  data->construction = options.construction;
+  data->layout = options.layout;
+  // Occluders beside the light stand at d = 1, and a whole room in the few slices next to 0: only functions hold both.
+  if (hull.NeedsSideWindows() && options.layout == PdsmLayout::kVolume) {
+    data->construction = PdsmConstruction::kScatter;
+    data->layout = PdsmLayout::kIndexed;
+  }
+  return data;
+}
+
+absl::Status AddSides(const DrawContext& draw, const LightInputs& inputs, const PdsmOptions& options,
+                      const std::vector<glm::dvec2>& points, PdsmData& data) {
+  if (!inputs.occluders->hull().NeedsSideWindows()) return absl::OkStatus();
+  const uint64_t left = inputs.max_light_data_bytes - std::min(inputs.max_light_data_bytes, data.SizeBytes());
+  ASSIGN_OR_RETURN(data.side_maps, SampleMaps::Create(draw, inputs.occluders, inputs.light, points, options.map_size,
+                                                      left, SampleMaps::Sides::kAllButFront));
+  return absl::OkStatus();
 }
 
 int FilterWidth(PdsmFilter filter) {
@@ -123,28 +186,65 @@ absl::StatusOr<std::unique_ptr<LightData>> PdsmMethod::BuildLightData(const Draw
                                                                       const LightInputs& inputs,
                                                                       const MethodOptions& options) const {
   const auto& pdsm = std::get<PdsmOptions>(options);
-  auto data = std::make_unique<PdsmData>();
-  data->light = inputs.light;
-  const std::vector<glm::dvec2> points = SobolLightPoints(inputs.light, pdsm.k, inputs.seed);
-  data->point_count = int(points.size());
-  ASSIGN_OR_RETURN(data->points,
-                   gl::Buffer::Create(*draw.context, std::vector<glm::vec2>(points.begin(), points.end())));
-  const OccluderHull& hull = inputs.occluders->hull();
-  data->grid = pdsm::GridOf(hull, glm::dvec2(inputs.light.width_m, inputs.light.height_m) / 2.0, points, pdsm.map_size,
-                            pdsm.pdsm_size);
-  data->construction = pdsm.construction;
-  data->layout = pdsm.layout;
-  // Occluders beside the light stand at d = 1, and a whole room in the few slices next to 0: only functions hold both.
-  if (hull.NeedsSideWindows() && pdsm.layout == PdsmLayout::kVolume) {
-    data->construction = PdsmConstruction::kScatter;
-    data->layout = PdsmLayout::kIndexed;
+  const std::vector<glm::dvec2> points = PointsOf(inputs, pdsm);
+  ASSIGN_OR_RETURN(std::unique_ptr<PdsmData> data, Prepare(draw, inputs, pdsm, points));
+  RETURN_IF_ERROR(Build(draw, *inputs.occluders, points, pdsm, *data));
+  RETURN_IF_ERROR(AddSides(draw, inputs, pdsm, points, *data));
+  return data;
+}
+
+absl::StatusOr<std::string> PdsmMethod::SaveLightData(const DrawContext& draw, const LightData& light_data) const {
+  const auto& data = static_cast<const PdsmData&>(light_data);
+  const GladGLContext& gl = draw.context->gl();
+  pdsm::StoredFunctions stored;
+  stored.grid = data.grid;
+  if (data.layout == PdsmLayout::kVolume) {
+    pdsm::SliceVolume volume;
+    volume.size = data.grid.size;
+    volume.maps = data.point_count;
+    volume.depths = pdsm::EvenSlices(kSlices);
+    volume.counts.resize(kSlices * data.grid.RayCount());
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.GetTextureImage(data.volume.id(), 0, GL_RG_INTEGER, GL_UNSIGNED_SHORT,
+                       GLsizei(volume.counts.size() * sizeof(pdsm::SliceCounts)), volume.counts.data());
+    stored.functions = std::move(volume);
+  } else {
+    pdsm::AttenuationFunctions functions;
+    functions.size = data.grid.size;
+    functions.first.resize(data.grid.RayCount() + 1);
+    functions.vertices.resize(data.vertex_count);
+    gl.GetNamedBufferSubData(data.first.id(), 0, GLsizeiptr(functions.first.size() * sizeof(uint32_t)),
+                             functions.first.data());
+    gl.GetNamedBufferSubData(data.vertices.id(), 0, GLsizeiptr(functions.vertices.size() * sizeof(pdsm::Vertex)),
+                             functions.vertices.data());
+    stored.functions = std::move(functions);
   }
-  RETURN_IF_ERROR(Build(draw, *inputs.occluders, points, pdsm.eps, *data));
-  if (hull.NeedsSideWindows()) {
-    const uint64_t left = inputs.max_light_data_bytes - std::min(inputs.max_light_data_bytes, data->SizeBytes());
-    ASSIGN_OR_RETURN(data->side_maps, SampleMaps::Create(draw, inputs.occluders, inputs.light, points, pdsm.map_size,
-                                                         left, SampleMaps::Sides::kAllButFront));
+  RETURN_IF_ERROR(draw.context->Check("pdsm/save"));
+  return pdsm::Store(stored);
+}
+
+absl::StatusOr<std::unique_ptr<LightData>> PdsmMethod::LoadLightData(const DrawContext& draw, const LightInputs& inputs,
+                                                                     const MethodOptions& options,
+                                                                     const std::string& bytes) const {
+  const auto& pdsm = std::get<PdsmOptions>(options);
+  const std::vector<glm::dvec2> points = PointsOf(inputs, pdsm);
+  ASSIGN_OR_RETURN(std::unique_ptr<PdsmData> data, Prepare(draw, inputs, pdsm, points));
+  const std::optional<pdsm::StoredFunctions> stored = pdsm::Restore(bytes);
+  // Another light's or scene's are on another grid.
+  if (!stored || stored->grid != data->grid) return std::unique_ptr<LightData>();
+  const auto* volume = std::get_if<pdsm::SliceVolume>(&stored->functions);
+  if (volume != nullptr) {
+    if (data->layout != PdsmLayout::kVolume || volume->maps != data->point_count ||
+        volume->depths != pdsm::EvenSlices(kSlices)) {
+      return std::unique_ptr<LightData>();
+    }
+    RETURN_IF_ERROR(StoreVolume(draw, *volume, *data));
+  } else {
+    if (data->layout != PdsmLayout::kIndexed) return std::unique_ptr<LightData>();
+    RETURN_IF_ERROR(StoreFunctions(draw, std::get<pdsm::AttenuationFunctions>(stored->functions), *data));
   }
+  data->is_loaded = true;
+  RETURN_IF_ERROR(AddSides(draw, inputs, pdsm, points, *data));
   return data;
 }
 
@@ -218,7 +318,9 @@ std::vector<std::pair<std::string, std::string>> PdsmMethod::DescribeOptions(con
           {"eps", absl::StrCat(pdsm.eps)},
           {"construction", is_chosen ? kChosen : kConstructionNames[int(pdsm.construction)]},
           {"layout", is_chosen ? kChosen : kLayoutNames[int(pdsm.layout)]},
-          {"filter", kFilterNames[int(pdsm.filter)]}};
+          {"filter", kFilterNames[int(pdsm.filter)]},
+          {"soft_events", pdsm.has_soft_events ? "true" : "false"},
+          {"surface_only", pdsm.is_surface_only ? "true" : "false"}};
 }
 
 }  // namespace halfshade

@@ -16,6 +16,11 @@ class PdsmMethod : public ShadowMethod {
   absl::StatusOr<OcclusionSum> ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                 const Receivers& receivers,
                                                 const MethodOptions& options) const override;
+  absl::StatusOr<std::string> SaveLightData(const DrawContext& draw, const LightData& data) const override;
+  absl::StatusOr<std::unique_ptr<LightData>> LoadLightData(const DrawContext& draw, const LightInputs& inputs,
+                                                           const MethodOptions& options,
+                                                           const std::string& bytes) const override;
+  bool KeepsMovedApart() const override { return true; }
   std::vector<std::pair<std::string, std::string>> DescribeOptions(const MethodOptions& options) const override;
 };
 

@@ -14,8 +14,8 @@ struct Crossing {
 };
 
 // Along one axis the ray stands at texel coordinate start - slope d: falls toward `start` as d falls if slope < 0.
-// Returns the cell at d = 1 and appends the crossings below it.
-int CrossAxis(double start, double slope, const glm::ivec2& axis, std::vector<Crossing>* crossings) {
+// Returns the cell at d = 1 and appends the crossings below it, down to far_depth.
+int CrossAxis(double start, double slope, const glm::ivec2& axis, float far_depth, std::vector<Crossing>* crossings) {
   const double first = start - slope;
   if (slope == 0) return int(std::floor(first));
   const bool is_rising = slope > 0;  // as d falls
@@ -24,7 +24,7 @@ int CrossAxis(double start, double slope, const glm::ivec2& axis, std::vector<Cr
   for (int next = cell;; next += is_rising ? 1 : -1) {
     const double border = is_rising ? next + 1 : next;
     const auto depth = float((start - border) / slope);
-    if (!(depth > 0)) break;
+    if (!(depth > far_depth)) break;
     if (depth < 1) crossings->push_back({depth, is_rising ? axis : -axis});
   }
   return cell;
@@ -64,15 +64,15 @@ glm::dvec2 MapCorner(const Grid& grid, const Window& window, size_t index) {
   return glm::dvec2(window.u0, window.v0) - grid.MapTexel() * (1.0 + shift);
 }
 
-SamplePath MakePath(const Grid& grid, const glm::dvec2& point, const glm::dvec2& map_corner) {
+SamplePath MakePath(const Grid& grid, const glm::dvec2& point, const glm::dvec2& map_corner, float far_depth) {
   const glm::dvec2 start = (grid.corner - map_corner) / grid.MapTexel() + 0.5 * grid.map_texels;
   const glm::dvec2 slope = point / (grid.z_near * grid.MapTexel());
   std::vector<Crossing> crossings;
   SamplePath path;
   SamplePath::Step step;
   step.depth = std::numeric_limits<float>::infinity();
-  step.cell.x = CrossAxis(start.x, slope.x, {1, 0}, &crossings);
-  step.cell.y = CrossAxis(start.y, slope.y, {0, 1}, &crossings);
+  step.cell.x = CrossAxis(start.x, slope.x, {1, 0}, far_depth, &crossings);
+  step.cell.y = CrossAxis(start.y, slope.y, {0, 1}, far_depth, &crossings);
   path.steps.push_back(step);
   std::stable_sort(crossings.begin(), crossings.end(),
                    [](const Crossing& a, const Crossing& b) { return a.depth > b.depth; });

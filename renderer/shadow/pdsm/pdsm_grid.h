@@ -24,6 +24,7 @@ struct Grid {
   double z_near = 1;     // metres
   glm::dvec2 MapTexel() const { return texel / double(map_texels); }
   size_t RayCount() const { return size_t(size) * size; }
+  bool operator==(const Grid&) const = default;
 };
 
 // Depth map of one sample: d = z_near / z, 0 where nothing is; [map_size][map_size], row of smallest v first.
@@ -63,6 +64,7 @@ struct SamplePath {
   // Index of the step that holds `depth` in (0, 1].
   int StepAt(float depth) const;
 };
-SamplePath MakePath(const Grid& grid, const glm::dvec2& point, const glm::dvec2& map_corner);
+// Borders that are crossed at or beyond far_depth (<= 0; below 0: beyond infinity) are left out.
+SamplePath MakePath(const Grid& grid, const glm::dvec2& point, const glm::dvec2& map_corner, float far_depth = 0);
 
 }  // namespace halfshade::pdsm

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <sstream>
+#include <utility>
 
 #include "renderer/gl/framebuffer.h"
 #include "renderer/light/center_map.h"
@@ -12,6 +14,7 @@
 #include "renderer/light/sub_lights.h"
 #include "renderer/math/camera.h"
 #include "renderer/math/light_frame.h"
+#include "renderer/passes.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -26,6 +29,7 @@ constexpr double kNanosecondsPerSharedRow = 20;
 constexpr int kLeastTaps = 300;  // 7 and 15 a side are 274: as dear either way; 11 and 21 are 562
 constexpr int kRowsUnit = CenterMap::kFirstFreeUnit;
 constexpr int kProofsUnit = CenterMap::kFirstFreeUnit + 1;
+constexpr int kNearerRowsUnit = CenterMap::kFirstFreeUnit + 2;
 constexpr int kHiddenUnit = kPlanesUnit + 1;  // of the pass that adds cells
 constexpr int kBlockersUnit = kPlanesUnit + 2;
 
@@ -72,17 +76,30 @@ class Passes {
         options_(options),
         taps_{options.blocker_taps, options.filter_taps, options.weights} {}
 
-  absl::StatusOr<CenterMap::Filtered> Draw() {
+  // Adds to the steps' times, one each.
+  absl::StatusOr<CenterMap::Filtered> Draw(std::vector<PassReport>* steps) {
     ASSIGN_OR_RETURN(hidden_, gl::Texture::Create2D(*draw_.context, GL_R32F, receivers_.width, receivers_.height));
     if (receivers_.wants_blockers) {
       ASSIGN_OR_RETURN(blockers_, gl::Texture::Create2D(*draw_.context, GL_RG32F, receivers_.width, receivers_.height));
     }
     ASSIGN_OR_RETURN(blocker_rows_, MakeRows(draw_, receivers_));
+    ASSIGN_OR_RETURN(nearer_rows_, MakeRows(draw_, receivers_));
     ASSIGN_OR_RETURN(blurred_rows_, MakeRows(draw_, receivers_));
-    RETURN_IF_ERROR(Start());
-    RETURN_IF_ERROR(SumBlockers());
-    RETURN_IF_ERROR(BlurRows());
-    RETURN_IF_ERROR(BlurColumns());
+    static constexpr std::pair<const char*, absl::Status (Passes::*)()> kSteps[] = {
+        {"start", &Passes::Start},
+        {"blocker_rows", &Passes::SumBlockers},
+        {"blur_rows", &Passes::BlurRows},
+        {"blur_columns", &Passes::BlurColumns}};
+    steps->resize(std::size(kSteps));
+    for (size_t i = 0; i < std::size(kSteps); ++i) {
+      PassReport& step = (*steps)[i];
+      step.name = kSteps[i].first;
+      const Stopwatch stopwatch;
+      RETURN_IF_ERROR((this->*kSteps[i].second)());
+      RETURN_IF_ERROR(draw_.pacer->Finish());
+      step.ms += stopwatch.Milliseconds();
+      step.count += i == 0 ? 0 : i == 1 ? not_lit_.size() : undecided_.size();
+    }
     return CenterMap::Filtered{std::move(hidden_), std::move(blockers_), undecided_.size()};
   }
 
@@ -118,6 +135,7 @@ class Passes {
     if (blockers_) targets.push_back(&blockers_);
     ASSIGN_OR_RETURN(const gl::Framebuffer framebuffer, gl::Framebuffer::Create(*draw_.context, targets));
     framebuffer.Bind();
+    gl.ClearTexImage(nearer_rows_.id(), 0, GL_RGBA, GL_FLOAT, nullptr);  // rows that are not summed hold no blocker
     gl.Viewport(0, 0, receivers_.width, receivers_.height);
     gl.Disable(GL_DEPTH_TEST);
     gl.Disable(GL_BLEND);
@@ -138,7 +156,7 @@ class Passes {
 
   absl::Status SumBlockers() {
     ASSIGN_OR_RETURN(gl::Program * program, Use("common/tiles.vert", "sssm/blocker_rows.frag"));
-    return DrawOver({&blocker_rows_}, *program, not_lit_,
+    return DrawOver({&blocker_rows_, &nearer_rows_}, *program, not_lit_,
                     kPassNanosecondsPerPixel + kNanosecondsPerTap * taps_.blocker);
   }
 
@@ -147,6 +165,8 @@ class Passes {
     blocker_rows_.Bind(kRowsUnit);
     hidden_.Bind(kProofsUnit);
     program->Set("blocker_rows", kRowsUnit);
+    nearer_rows_.Bind(kNearerRowsUnit);
+    program->Set("nearer_blocker_rows", kNearerRowsUnit);
     program->Set("proofs", kProofsUnit);
     program->Set("alpha", options_.alpha);
     return DrawOver({&blurred_rows_}, *program, undecided_,
@@ -178,7 +198,7 @@ class Passes {
   const Receivers& receivers_;
   const SssmOptions& options_;
   const WindowTaps taps_;
-  gl::Texture hidden_, blockers_, blocker_rows_, blurred_rows_;
+  gl::Texture hidden_, blockers_, blocker_rows_, nearer_rows_, blurred_rows_;
   TileList not_lit_, undecided_;
 };
 
@@ -259,7 +279,7 @@ absl::StatusOr<OcclusionSum> SssmMethod::ResolveOcclusion(const DrawContext& dra
   for (const auto& map : data.maps) {
     absl::StatusOr<CenterMap::Filtered> cell =
         shares_nothing ? map->Filter(draw, receivers, {sssm.blocker_taps, sssm.filter_taps, sssm.weights}, sssm.skips)
-                       : Passes(draw, *map, receivers, sssm).Draw();
+                       : Passes(draw, *map, receivers, sssm).Draw(&result.steps);
     RETURN_IF_ERROR(cell.status());
     result.count += cell->tiles_drawn;
     if (data.maps.size() == 1) {

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "renderer/shadow/shadow_method.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/render_fixture.h"
 
@@ -110,7 +112,16 @@ TEST_P(NodeOverrideTest, ATransformMovesObjectAndShadow) {
   const Image moved = Visibility();
   request_.node_overrides.clear();
   scene_ = MakeFlatScene({MakePlate({0, 0, 0}, 4, 4), MakePlate({-0.25, 1, 0.5}, 1, 4)});
-  EXPECT_TRUE(Equal(moved, Visibility()));
+  const Image there = Visibility();
+  if (!FindMethod(request_.method).method->KeepsMovedApart()) {
+    EXPECT_TRUE(Equal(moved, there));
+    return;
+  }
+  // The plate's shadow is another method's then: the same but for both methods' errors in the penumbra.
+  ASSERT_EQ(moved.size(), there.size());
+  double off = 0;
+  for (size_t i = 0; i < moved.size(); ++i) off += std::abs(moved.data()[i] - there.data()[i]) / double(moved.size());
+  EXPECT_LE(off, 0.005);
 }
 
 }  // namespace

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
+#include "renderer/light/occluders.h"
+#include "renderer/scene/pose.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/render_fixture.h"
+#include "tests/support/scene_makers.h"
 
 namespace halfshade {
 namespace {
@@ -28,6 +32,63 @@ SssmOptions Sssm(int blocker_taps, int filter_taps, int sub_lights) {
   SssmOptions options{2048, blocker_taps, filter_taps, FilterWeights::kMean};
   options.sub_lights = sub_lights;
   return options;
+}
+
+// Buades et al. 2015, Table 5: the mean squared difference of SSSM's width from that of PCSS, whose rows are its own,
+// in texels of the map.
+struct SharingCase {
+  const char* scene;
+  int blocker_taps, filter_taps;
+  float threshold;
+  double bound;  // squared texels
+};
+class SharedWidthTest : public testing::TestWithParam<SharingCase> {};
+// Leaves hold blockers at all depths, and a shared row knows but three of them; coarse rows miss single leaves besides.
+INSTANTIATE_TEST_SUITE_P(Kernels, SharedWidthTest,
+                         testing::Values(SharingCase{"S2", 29, 41, 0.1f, 0.05}, SharingCase{"S5", 11, 21, 0.1f, 0.25},
+                                         SharingCase{"S5", 29, 41, 0.01f, 0.2}, SharingCase{"S5", 29, 41, 0.1f, 0.2},
+                                         SharingCase{"S5", 29, 41, 0.5f, 0.2}));
+
+TEST_P(SharedWidthTest, IsCloseToThatOfOwnRows) {
+  constexpr int kMapSize = 1024;
+  const SharingCase& sharing = GetParam();
+  const MadeScene made = MakeScene(sharing.scene, {.light_share = 0.1});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  RenderRequest request = RequestFor(made);
+  request.width = 640;
+  request.height = 360;
+  request.outputs = {OutputKind::kPosition};
+  request.method = HardOptions{64};
+  auto positions = TestRenderer().Render("test", scene, request, [] { return absl::OkStatus(); });
+  ASSERT_OK(positions);
+  request.method = PcssOptions{kMapSize, sharing.blocker_taps, sharing.filter_taps};
+  const Images own = Render(scene, request);
+  SssmOptions options = Sssm(sharing.blocker_taps, sharing.filter_taps, 1);
+  options.map_size = kMapSize;
+  options.alpha = options.beta = sharing.threshold;
+  request.method = options;
+  const Images shared = Render(scene, request);
+
+  const AreaLight& light = request.lights[0];
+  auto pose = BuildPose(scene, 0, {});
+  ASSERT_OK(pose);
+  const Window window = BuildLightSpaceOccluders(scene, *pose, light).hull.FrontWindow({0, 0});
+  const double slope_per_texel = std::max(window.u1 - window.u0, window.v1 - window.v0) / (kMapSize - 2);
+  double sum = 0;
+  int count = 0;
+  for (size_t i = 0; i < own.width.size(); ++i) {
+    // Where one of them sees no blocker it has no width.
+    if (own.width.data()[i] == 0 || shared.width.data()[i] == 0) continue;
+    const float* p = positions->images[0].image.data() + 3 * i;
+    const double z = glm::dot(glm::dvec3(p[0], p[1], p[2]) - light.center_ws, light.normal_ws);
+    const double texels = (own.width.data()[i] - shared.width.data()[i]) / (z * slope_per_texel);
+    sum += texels * texels;
+    ++count;
+  }
+  ASSERT_GT(count, 1000);
+  std::printf("%s, %d/%d, alpha = beta = %g: %.3f texels^2 over %d pixels\n", sharing.scene, sharing.blocker_taps,
+              sharing.filter_taps, sharing.threshold, sum / count, count);
+  EXPECT_LE(sum / count, sharing.bound);
 }
 
 class PenumbraWidthTest : public testing::TestWithParam<TestMethod> {};

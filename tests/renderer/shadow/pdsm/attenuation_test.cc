@@ -98,5 +98,46 @@ TEST(CompressTest, WhatIsWithinTheBoundOfZeroIsNothing) {
   EXPECT_FALSE(compressed.empty());
 }
 
+AttenuationFunctions OneFunction(const std::vector<Vertex>& vertices) {
+  FunctionRow row;
+  row.vertices = vertices;
+  row.counts = {uint32_t(vertices.size())};
+  return JoinRows({row});
+}
+
+TEST(AddTest, IsTheSumOfBothCutAtOneAtEveryDepth) {
+  std::mt19937 random(3);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<Vertex> of[2];
+    for (auto& function : of) Compress(RandomSteps(random, 16, 1 + int(random() % 60)), 0.02f, &function);
+    const AttenuationFunctions sum = Add(OneFunction(of[0]), OneFunction(of[1]));
+    ASSERT_EQ(sum.size, 1);
+    std::vector<float> depths = {0, 1};
+    for (const auto& function : of) {
+      for (const Vertex& vertex : function) {
+        depths.insert(depths.end(),
+                      {vertex.depth, std::nextafter(vertex.depth, 0.0f), std::nextafter(vertex.depth, 1.0f)});
+      }
+    }
+    for (int i = 0; i < 200; ++i) depths.push_back(float(random()) / 4294967296.0f);
+    for (const float depth : depths) {
+      const float expected = std::min(1.0f, Evaluate(of[0], depth) + Evaluate(of[1], depth));
+      ASSERT_NEAR(Evaluate(sum.Function(0), depth), expected, 2e-5) << "depth " << depth;
+    }
+  }
+}
+
+TEST(AddTest, OfNothingIsTheOther) {
+  const std::vector<Vertex> function = {{0.8f, 0}, {0.8f, 0.5f}, {0.4f, 1}};
+  for (const AttenuationFunctions& sum :
+       {Add(OneFunction(function), OneFunction({})), Add(OneFunction({}), OneFunction(function))}) {
+    ASSERT_EQ(sum.vertices.size(), function.size());
+    for (size_t i = 0; i < function.size(); ++i) {
+      EXPECT_EQ(sum.vertices[i].depth, function[i].depth);
+      EXPECT_EQ(sum.vertices[i].value, function[i].value);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace halfshade::pdsm

@@ -19,10 +19,10 @@ namespace {
 
 constexpr int kSize = 96;
 
-EventBuilder::Result Build(const MadeMaps& made, EventForm form, float eps) {
+EventBuilder::Result Build(const MadeMaps& made, EventForm form, float eps, bool is_surface_only = false) {
   EventBuilder builder(made.grid, form);
   for (const SampleMap& map : made.maps) EXPECT_TRUE(builder.Add(map).ok());
-  return builder.Finish(eps);
+  return *builder.Finish({.eps = eps, .is_surface_only = is_surface_only});
 }
 
 SliceVolume BuildSlices(const MadeMaps& made, int slices) {
@@ -234,13 +234,60 @@ TEST(ConstructionTest, TooManyEventsAreRefusedWithTheFigures) {
   const MadeMaps made = Cases()[0];
   EventBuilder all(made.grid, EventForm::kScatter);
   ASSERT_TRUE(all.Add(made.maps[0]).ok());
-  const auto count = uint64_t(std::llround(all.Finish(0).raw.mean * double(made.grid.RayCount())));
+  const auto count = uint64_t(std::llround(all.Finish({})->raw.mean * double(made.grid.RayCount())));
   EventBuilder enough(made.grid, EventForm::kScatter, count);
   EXPECT_TRUE(enough.Add(made.maps[0]).ok());
   EventBuilder short_by_one(made.grid, EventForm::kScatter, count - 1);
   const absl::Status status = short_by_one.Add(made.maps[0]);
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), testing::HasSubstr(std::to_string(count)));
+}
+
+TEST(ConstructionTest, StopsBetweenChunksOfRows) {
+  const MadeMaps made = Cases()[0];
+  for (const int allowed : {0, 1, 100}) {
+    EventBuilder builder(made.grid, EventForm::kScatter);
+    ASSERT_TRUE(builder.Add(made.maps[0]).ok());
+    int asked = 0;
+    const auto result =
+        builder.Finish({.stop = [&] { return asked++ < allowed ? absl::OkStatus() : absl::CancelledError("stop"); }});
+    // 96 rows are two chunks.
+    EXPECT_EQ(asked, std::min(allowed + 1, 2));
+    EXPECT_EQ(result.ok(), allowed == 100);
+  }
+}
+
+// Where a map shows a surface on a ray, its events are kept: there, and where all is hidden or nothing, the value is
+// the exact one but for eps.
+TEST(ConstructionTest, OfSurfacesAloneTheValueStaysWithinEpsAtSurfaces) {
+  const MadeMaps made = DrawMaps(Clutter(30, 1, 0.5), 64, kSize, kSize);
+  const AttenuationFunctions exact = Build(made, EventForm::kScatter, 0).functions;
+  const AttenuationFunctions all = Build(made, EventForm::kScatter, 0.01f).functions;
+  const AttenuationFunctions at_surfaces = Build(made, EventForm::kScatter, 0.01f, true).functions;
+  std::printf("vertices a ray: %.1f exact, %.1f compressed, %.1f at surfaces\n", CountVertices(exact).mean,
+              CountVertices(all).mean, CountVertices(at_surfaces).mean);
+  EXPECT_LT(at_surfaces.vertices.size(), all.vertices.size());
+  uint64_t surfaces = 0, off = 0;
+  for (const SampleMap& map : made.maps) {
+    const SamplePath path = MakePath(made.grid, map.point, map.corner);
+    for (int row = 0; row < made.grid.size; ++row) {
+      TraverseRow(made.grid, map, path, row, [&](const Event& event) {
+        if (event.kind != EventKind::kTop) return;
+        const size_t ray = size_t(event.ray.y) * made.grid.size + event.ray.x;
+        ASSERT_NEAR(Evaluate(at_surfaces.Function(ray), event.depth), Evaluate(exact.Function(ray), event.depth),
+                    0.01f + 2e-7f);
+        ++surfaces;
+      });
+    }
+  }
+  EXPECT_GT(surfaces, 1000);
+  for (size_t ray = 0; ray < made.grid.RayCount(); ++ray) {
+    for (const Vertex& vertex : exact.Function(ray)) {
+      off += std::abs(Evaluate(at_surfaces.Function(ray), vertex.depth) - vertex.value) > 0.1f;
+    }
+    ASSERT_NEAR(Evaluate(at_surfaces.Function(ray), 0), Evaluate(exact.Function(ray), 0), 0.01f + 2e-7f);
+  }
+  EXPECT_GT(off, 0) << "between surfaces nothing is promised, or nothing would be saved";
 }
 
 TEST(GridTest, WindowsThatALightFillsMoveTheNearPlane) {

@@ -71,6 +71,11 @@ MadeOccluders Clutter(int count, uint32_t seed, double light_m) {
 }
 
 MadeMaps DrawMaps(const MadeOccluders& occluders, int k, int map_size, int pdsm_size) {
+  return DrawMapsFrom(occluders, HammersleyPoints(k, occluders.light_m), map_size, pdsm_size);
+}
+
+MadeMaps DrawMapsFrom(const MadeOccluders& occluders, const std::vector<glm::dvec2>& points, int map_size,
+                      int pdsm_size) {
   GridNeeds needs;
   needs.half_edges = glm::dvec2(occluders.light_m / 2);
   needs.map_size = map_size;
@@ -84,11 +89,10 @@ MadeMaps DrawMaps(const MadeOccluders& occluders, int k, int map_size, int pdsm_
     needs.rays = {std::min(needs.rays.u0, seen.u0), std::min(needs.rays.v0, seen.v0), std::max(needs.rays.u1, seen.u1),
                   std::max(needs.rays.v1, seen.v1)};
   }
-  const std::vector<glm::dvec2> points = HammersleyPoints(k, occluders.light_m);
   for (const glm::dvec2& point : points) needs.maps.push_back(WindowOf(occluders, point));
   MadeMaps made;
   made.grid = MakeGrid(needs);
-  for (int i = 0; i < k; ++i) {
+  for (size_t i = 0; i < points.size(); ++i) {
     SampleMap& map = made.maps.emplace_back();
     map.point = points[i];
     map.corner = MapCorner(made.grid, needs.maps[i], i);

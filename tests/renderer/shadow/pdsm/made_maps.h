@@ -33,6 +33,9 @@ struct MadeMaps {
 };
 // k points of the light: a Hammersley set, so that no two share a coordinate.
 MadeMaps DrawMaps(const MadeOccluders& occluders, int k, int map_size, int pdsm_size);
+// Of these points.
+MadeMaps DrawMapsFrom(const MadeOccluders& occluders, const std::vector<glm::dvec2>& points, int map_size,
+                      int pdsm_size);
 
 // The slopes of ray (column, row).
 glm::dvec2 RayOf(const Grid& grid, const glm::ivec2& ray);

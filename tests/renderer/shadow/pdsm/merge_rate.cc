@@ -28,7 +28,7 @@ void Report(const char* name, const MadeOccluders& occluders, int k, int map_siz
       if (!builder.Add(map).ok()) std::printf("too many events\n");
     }
     const double added = CpuMs();
-    const EventBuilder::Result result = builder.Finish(0.01f);
+    const EventBuilder::Result result = *builder.Finish({.eps = 0.01f});
     std::printf("  %-10s %7.0f + %5.0f CPU-ms; events %.1f mean %u most\n",
                 form == EventForm::kTraversal ? "TRAVERSAL" : "SCATTER", added - start, CpuMs() - added,
                 result.raw.mean, result.raw.most);
@@ -41,7 +41,7 @@ void Report(const char* name, const MadeOccluders& occluders, int k, int map_siz
     for (const SampleMap& map : made.maps) {
       if (!builder.Add(map).ok()) std::printf("too many events\n");
     }
-    const AttenuationFunctions functions = builder.Finish(eps).functions;
+    const AttenuationFunctions functions = builder.Finish({.eps = eps})->functions;
     const FunctionCounts counts = CountVertices(functions);
     std::printf("             %.2f: %.1f mean %u most, %.1f MB\n", double(eps), counts.mean, counts.most,
                 double(functions.SizeBytes()) * 1e-6);
