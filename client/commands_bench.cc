@@ -68,6 +68,7 @@ absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command) {
   ASSIGN_OR_RETURN(const bench::Suite suite, ChooseSuite(command, info));
   bench::Results results;
   results.head = MakeHead(info, suite);
+  results.judged = suite.judged;
   for (const bench::Case& bench_case : suite.cases) {
     const auto& settings = bench_case.settings.empty() ? suite.settings : bench_case.settings;
     ASSIGN_OR_RETURN(bench::CaseResult result,

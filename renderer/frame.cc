@@ -168,6 +168,7 @@ class Frame {
       ASSIGN_OR_RETURN(resolved, ResolveSide(draw_, layers, receivers_, light));
       report_.passes.back().count = resolved.occlusion.count;
       report_.passes.back().reason = resolved.occlusion.note;
+      ReportChosen(resolved.occlusion.chosen_options, report_);
       return absl::OkStatus();
     }));
     for (PassReport& step : resolved.occlusion.steps) {

@@ -84,7 +84,9 @@ struct SssmOptions {
   int sub_lights = 1;  // cells along each edge of the light, with a map each, 1..8
 };
 struct ShaftOptions {
-  int rows = 16;  // of 32 samples of the light each: 8, 16, 32 or 64
+  int rows = 0;              // of 32 samples of the light each: 8, 16, 32 or 64; 0: chosen
+  bool is_sparse = false;    // one pixel of each smooth block, and what is between them
+  float max_error = 0.002f;  // where rows are chosen: wanted mean over shadowed receivers, > 0
 };
 using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions,
                                    SssmOptions, ShaftOptions>;

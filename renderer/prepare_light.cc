@@ -11,18 +11,26 @@
 namespace halfshade {
 namespace {
 
-// In place of kChosen; where lights differ, the values of all.
-void ReportChosen(const std::vector<std::pair<std::string, std::string>>& chosen, RenderReport& report) {
-  for (const auto& [name, value] : chosen) {
-    for (auto& [reported_name, reported] : report.options) {
-      if (reported_name != name) continue;
-      if (reported == kChosen) {
-        reported = value;
-      } else if (reported != value && !reported.ends_with(", " + value)) {
-        reported.append(", ").append(value);
-      }
-    }
+// The scene's dense meshes simplified: from the context's cache, or built (a pass "mesh_levels" of the report) and
+// kept.
+absl::StatusOr<gl::ObjectCache<const MeshLevels>::Pointer> PrepareMeshLevels(const DrawContext& draw,
+                                                                             const LightSource& source,
+                                                                             LightCaches& caches,
+                                                                             RenderReport& report) {
+  const std::string key = LightDataPrefix(source.scene_name) + "mesh_levels";
+  gl::ObjectCache<const MeshLevels>::Pointer levels = caches.mesh_levels.Find(key);
+  const bool is_hit = levels != nullptr;
+  if (!is_hit) {
+    RETURN_IF_ERROR(TimedPass(draw, report, "mesh_levels", &report.light_ms, [&] {
+      levels = std::make_shared<const MeshLevels>(BuildMeshLevels(source.scene));
+      report.passes.back().count = levels->triangles;
+      return absl::OkStatus();
+    }));
+    caches.mesh_levels.Keep(key, levels);
   }
+  report.caches.push_back(
+      {.name = "mesh_levels", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = levels->SizeBytes()});
+  return levels;
 }
 
 // From the store, or built and put there. Its pass is the report's last.
@@ -52,6 +60,19 @@ absl::Status LoadOrBuild(const DrawContext& draw, const LightSource& source, con
 }
 
 }  // namespace
+
+void ReportChosen(const std::vector<std::pair<std::string, std::string>>& chosen, RenderReport& report) {
+  for (const auto& [name, value] : chosen) {
+    for (auto& [reported_name, reported] : report.options) {
+      if (reported_name != name) continue;
+      if (reported == kChosen) {
+        reported = value;
+      } else if (reported != value && !reported.ends_with(", " + value)) {
+        reported.append(", ").append(value);
+      }
+    }
+  }
+}
 
 SceneFacts FactsOf(const DrawContext& draw) { return {.is_software_gl = draw.context->IsSoftware()}; }
 
@@ -106,6 +127,10 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
     if (needs.ray_scene) {
       ASSIGN_OR_RETURN(inputs.ray_scene, PrepareRayScene(draw, source, caches, report));
     }
+    gl::ObjectCache<const MeshLevels>::Pointer levels;
+    if (needs.mesh_levels) {
+      ASSIGN_OR_RETURN(levels, PrepareMeshLevels(draw, source, caches, report));
+    }
     RETURN_IF_ERROR(TimedPass(draw, report, pass, &report.light_ms, [&]() -> absl::Status {
       if (needs.maps > 0) {
         ASSIGN_OR_RETURN(inputs.occluders,
@@ -114,6 +139,7 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
       }
       if (needs.cpu_occluders) {
         ASSIGN_OR_RETURN(CpuOccluders occluders, BuildCpuOccluders(source.scene, source.pose, side, source.decoder));
+        occluders.levels = levels;
         inputs.cpu_occluders = std::make_shared<const CpuOccluders>(std::move(occluders));
       }
       LightView view;

@@ -14,6 +14,7 @@
 #include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/flat_scene.h"
+#include "renderer/scene/mesh_levels.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/ray_scene.h"
 #include "renderer/scene/scene_on_context.h"
@@ -25,6 +26,7 @@ namespace halfshade {
 struct LightCaches {
   gl::ObjectCache<LightData> light_data;
   gl::ObjectCache<const RayScene> ray_scenes;
+  gl::ObjectCache<const MeshLevels> mesh_levels;
   LightStore* store = nullptr;  // beyond the context; may be null
 };
 
@@ -47,6 +49,10 @@ std::string LightName(const LightPlan& plan);
 
 // What a method's needs depend on here.
 SceneFacts FactsOf(const DrawContext& draw);
+
+// Puts what was chosen (LightData::ChosenOptions, OcclusionSum::chosen_options) into the report in place of kChosen;
+// where lights differ, the values of all.
+void ReportChosen(const std::vector<std::pair<std::string, std::string>>& chosen, RenderReport& report);
 
 // How many sides the method runs for.
 uint64_t CountComputed(const std::vector<LightPlan>& lights);

@@ -18,15 +18,39 @@ Box3d Bounds(const QueryPoints& points) {
   return bounds;
 }
 
+// Visibility nearer to 1 than this is light.
+constexpr float kPenumbraMargin = 1.0f / 512;
+
+// Mean of the errors that methods tell of shadowed points.
+struct PredictedError {
+  double sum = 0;
+  uint64_t count = 0;
+  void Add(const std::vector<float>& visibility, const std::vector<float>& errors, const CpuReceivers& receivers,
+           const AreaLight& side) {
+    for (size_t i = 0; i < errors.size(); ++i) {
+      const CpuReceiver receiver = receivers.At(i);
+      if (!receiver.is_receiving || visibility[i] >= 1 - kPenumbraMargin) continue;
+      const double share = CutAtPlane(side, receivers, receiver).share;
+      if (share <= 0) continue;
+      sum += share * errors[i];
+      ++count;
+    }
+  }
+};
+
 // v of one side of a light for one layer's occluders, one a receiver.
 absl::StatusOr<std::vector<float>> ResolveLayer(const DrawContext& draw, const LightLayer& layer,
-                                                const Receivers& receivers, const AreaLight& side, PassReport* pass) {
+                                                const Receivers& receivers, const AreaLight& side, RenderReport& report,
+                                                PredictedError* predicted) {
   ASSIGN_OR_RETURN(const OcclusionSum sum,
                    layer.method->ResolveOcclusion(draw, *layer.data, receivers, *layer.options));
-  pass->count += layer.data->MapsRedrawn() + sum.count;
-  if (!sum.note.empty()) pass->reason = sum.note;
+  report.passes.back().count += layer.data->MapsRedrawn() + sum.count;
+  if (!sum.note.empty()) report.passes.back().reason = sum.note;
+  ReportChosen(sum.chosen_options, report);
   if (std::holds_alternative<std::vector<float>>(sum.sums)) {
-    return FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
+    std::vector<float> visibility = FinishVisibilityOnCpu(&sum, *receivers.on_cpu, side);
+    predicted->Add(visibility, sum.errors, *receivers.on_cpu, side);
+    return visibility;
   }
   ASSIGN_OR_RETURN(const gl::Texture finished, FinishVisibility(draw, &sum, receivers, side));
   Image pairs(receivers.width, receivers.height, 2);
@@ -38,13 +62,15 @@ absl::StatusOr<std::vector<float>> ResolveLayer(const DrawContext& draw, const L
 
 // v for all layers' occluders, as ResolveSide has it.
 absl::StatusOr<std::vector<float>> Resolve(const DrawContext& draw, const std::vector<LightLayer>& layers,
-                                           const Receivers& receivers, const AreaLight& side, PassReport* pass) {
+                                           const Receivers& receivers, const AreaLight& side, RenderReport& report,
+                                           PredictedError* predicted) {
   if (layers.empty()) return FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
-  ASSIGN_OR_RETURN(std::vector<float> seen, ResolveLayer(draw, layers[0], receivers, side, pass));
+  ASSIGN_OR_RETURN(std::vector<float> seen, ResolveLayer(draw, layers[0], receivers, side, report, predicted));
   if (layers.size() == 1) return seen;
   const std::vector<float> shares = FinishVisibilityOnCpu(nullptr, *receivers.on_cpu, side);
   for (size_t i = 1; i < layers.size(); ++i) {
-    ASSIGN_OR_RETURN(const std::vector<float> others, ResolveLayer(draw, layers[i], receivers, side, pass));
+    ASSIGN_OR_RETURN(const std::vector<float> others,
+                     ResolveLayer(draw, layers[i], receivers, side, report, predicted));
     for (size_t point = 0; point < seen.size(); ++point) {
       if (shares[point] > 0) seen[point] *= std::min(1.0f, others[point] / shares[point]);
     }
@@ -88,6 +114,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
   }
 
   const size_t count = points.points_ws.size();
+  PredictedError predicted;
   result.visibility.resize(count * request.lights.size());
   for (const LightPlan& plan : lights) {
     const std::string name = LightName(plan);
@@ -100,7 +127,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
     if (plan.outcome == LightOutcome::kSkipped) continue;
     std::vector<float> seen;
     RETURN_IF_ERROR(TimedPass(draw, report, name + "resolve", &report.resolve_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(seen, Resolve(draw, layers, receivers, plan.light, &report.passes.back()));
+      ASSIGN_OR_RETURN(seen, Resolve(draw, layers, receivers, plan.light, report, &predicted));
       return absl::OkStatus();
     }));
     for (size_t i = 0; i < count; ++i) {
@@ -112,6 +139,7 @@ absl::StatusOr<QueryResult> QueryLights(const DrawContext& draw, const std::stri
       v = std::max(v, seen[i]);  // of both sides, one is 0
     }
   }
+  if (predicted.count > 0) report.error.predicted = predicted.sum / double(predicted.count);
   return result;
 }
 

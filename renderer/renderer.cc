@@ -29,7 +29,8 @@ class ContextRenderer : public Renderer {
         decoder_(std::move(decoder)),
         scenes_(memory.scene_bytes),
         lights_{gl::ObjectCache<LightData>(memory.light_data_bytes),
-                gl::ObjectCache<const RayScene>(memory.ray_scene_bytes), nullptr},
+                gl::ObjectCache<const RayScene>(memory.ray_scene_bytes),
+                gl::ObjectCache<const MeshLevels>(memory.mesh_level_bytes), nullptr},
         light_store_(memory.light_store) {}
 
   // From here on requests come from outside: their textures are decoded, and light data is stored.
@@ -68,17 +69,19 @@ class ContextRenderer : public Renderer {
     scenes_.Forget(SceneKey(scene_name));
     lights_.light_data.Forget(LightDataPrefix(scene_name));
     lights_.ray_scenes.Forget(LightDataPrefix(scene_name));
+    lights_.mesh_levels.Forget(LightDataPrefix(scene_name));
   }
 
   std::vector<CacheReport> Caches() const override {
     return {CacheOf("scene_on_context", scenes_), CacheOf("light_data", lights_.light_data),
-            CacheOf("ray_scene", lights_.ray_scenes)};
+            CacheOf("ray_scene", lights_.ray_scenes), CacheOf("mesh_levels", lights_.mesh_levels)};
   }
 
   void ForgetEverything() {
     scenes_.Clear();
     lights_.light_data.Clear();
     lights_.ray_scenes.Clear();
+    lights_.mesh_levels.Clear();
   }
 
  private:
@@ -87,6 +90,7 @@ class ContextRenderer : public Renderer {
     scenes_.Trim();
     lights_.light_data.Trim();
     lights_.ray_scenes.Trim();
+    lights_.mesh_levels.Trim();
   }
 
   template <typename Cache>

@@ -52,6 +52,7 @@ absl::StatusOr<SoftShadowMap> DrawSoftShadowMap(const DrawContext& draw, const L
     ASSIGN_OR_RETURN(const ResolvedSide resolved, ResolveSide(draw, layers, receivers, plan.light));
     report.passes.back().count = resolved.occlusion.count;
     report.passes.back().reason = resolved.occlusion.note;
+    ReportChosen(resolved.occlusion.chosen_options, report);
     ASSIGN_OR_RETURN(map.image, ReadMap(resolved.visibility, view, source.method.name));
     return absl::OkStatus();
   }));

@@ -321,7 +321,9 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(sssm->map_size, sssm->blocker_taps, sssm->filter_taps, sssm->weights, sssm->skips, sssm->alpha, sssm->beta,
         sssm->thresholds, sssm->sub_lights);
   }
-  if (const auto* shaft = std::get_if<ShaftOptions>(&request.method)) add(shaft->rows);
+  if (const auto* shaft = std::get_if<ShaftOptions>(&request.method)) {
+    add(shaft->rows, shaft->is_sparse, shaft->max_error);
+  }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);
   add(request.shading.exposure_ev, request.shading.tone_map);

@@ -218,7 +218,7 @@ absl::StatusOr<ShaftOptions> CheckShaft(const v1::ShaftOptions& asked) {
     }
     options.rows = int(rows);
   }
-  if (asked.sparse()) return NotAvailable("method.shaft.sparse", "the sparse form");
+  options.is_sparse = asked.sparse();
   return options;
 }
 

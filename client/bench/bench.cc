@@ -3,14 +3,50 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <ctime>
 
 #include "client/bench/reference.h"
 #include "client/bench/shot.h"
 #include "client/bench/statistics.h"
+#include "renderer/image/surface_filter.h"
 #include "renderer/status.h"
 
 namespace halfshade::bench {
 namespace {
+
+// What filters go by; their time does not count it, as primary visibility.
+absl::StatusOr<Surfaces> FetchSurfaces(Client& client, const Case& bench_case) {
+  v1::RenderRequest request = bench_case.request;
+  request.clear_outputs();
+  for (const v1::OutputKind kind : {v1::OUTPUT_KIND_POSITION, v1::OUTPUT_KIND_NORMAL}) {
+    v1::Output* output = request.add_outputs();
+    output->set_kind(kind);
+    output->set_encoding(v1::ENCODING_RAW_F32);
+  }
+  ASSIGN_OR_RETURN(const v1::RenderResponse response, client.Render(request, nullptr));
+  Surfaces surfaces;
+  ASSIGN_OR_RETURN(const Image points, RawImage(response.images(0)));
+  ASSIGN_OR_RETURN(const Image normals, RawImage(response.images(1)));
+  for (int y = 0; y < points.height(); ++y) {
+    for (int x = 0; x < points.width(); ++x) {
+      surfaces.points.emplace_back(points.at(x, y, 0), points.at(x, y, 1), points.at(x, y, 2));
+      surfaces.normals.emplace_back(normals.at(x, y, 0), normals.at(x, y, 1), normals.at(x, y, 2));
+    }
+  }
+  return surfaces;
+}
+
+// Filtered, on one thread, where the setting says so; the time is the shot's.
+void Filter(const Setting& setting, const Surfaces& surfaces, Shot* shot) {
+  if (setting.filter_radius == 0) return;
+  const std::clock_t begin = std::clock();
+  shot->visibility = FilterAlongSurfaces(shot->visibility, surfaces, setting.filter_radius);
+  const double ms = 1000.0 * double(std::clock() - begin) / CLOCKS_PER_SEC;
+  v1::Timing* timing = shot->report.mutable_timing();
+  timing->set_cpu_ms(timing->cpu_ms() + ms);
+  timing->set_total_ms(timing->total_ms() + ms);
+  timing->set_resolve_ms(timing->resolve_ms() + ms);
+}
 
 double WallMs(const v1::Timing& timing) { return timing.total_ms() - timing.encode_ms() - timing.digest_ms(); }
 
@@ -73,6 +109,10 @@ absl::Status Judge(const Shot& shot, const CaseResult& result, Row* row) {
   }
   for (const v1::Pass& pass : shot.report.passes()) {
     if (pass.skipped()) row->skipped.push_back(pass.name() + ": " + pass.reason());
+  }
+  row->predicted = shot.report.error().predicted();
+  for (const v1::Cache& cache : shot.report.caches()) {
+    if (cache.name() == "light[0]/light_data") row->light_data_bytes = cache.bytes();
   }
   return absl::OkStatus();
 }
@@ -153,10 +193,15 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
                                        const Effort& effort, Progress& progress) {
   CaseResult result;
   result.name = bench_case.name;
+  result.is_dense = bench_case.is_dense;
   ASSIGN_OR_RETURN(const v1::Scene scene, client.UploadScene(bench_case.files));
   ASSIGN_OR_RETURN(result.frame_png, RenderFrame(client, bench_case));
   ASSIGN_OR_RETURN(result.primary_cpu_ms, PrimaryCpuMs(client, bench_case, effort.repetitions));
   RETURN_IF_ERROR(MeasureReference(client, bench_case, scene, effort.reference_rays, &result));
+  Surfaces surfaces;
+  if (std::any_of(settings.begin(), settings.end(), [](const Setting& s) { return s.filter_radius > 0; })) {
+    ASSIGN_OR_RETURN(surfaces, FetchSurfaces(client, bench_case));
+  }
   std::vector<Samples> samples(settings.size());
   for (const Setting& setting : settings) result.rows.emplace_back().setting = setting;
   for (int repetition = 0; repetition <= effort.repetitions; ++repetition) {
@@ -165,11 +210,12 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
       if (!row.failure.empty()) continue;
       progress.Show(bench_case.name.c_str(),
                     double(repetition * settings.size() + i) / double((effort.repetitions + 1) * settings.size()));
-      const auto cold = Shoot(client, VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
+      auto cold = Shoot(client, VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
       if (!cold.ok()) {
         row.failure = cold.status().ToString();
         continue;
       }
+      Filter(settings[i], surfaces, &*cold);
       if (repetition == 0) {
         RETURN_IF_ERROR(Judge(*cold, result, &row));
       } else {

@@ -26,6 +26,8 @@ struct Setting {
   std::string method;  // "multi_map"
   std::string label;   // "k=64 map_size=1024"
   v1::Method options;
+  std::string family;     // whose curve of error against cost it is a point of: "ray adaptive"
+  int filter_radius = 0;  // pixels; of visibility along surfaces, in this process (renderer/image/surface_filter.h)
 };
 
 // One scene under one light.
@@ -35,6 +37,7 @@ struct Case {
   v1::RenderRequest request;  // scene, camera, lights, ground, width, height
   // Truth is that of a light which is bright as a Gaussian (GaussianLights in reference.h).
   bool is_gaussian = false;
+  bool is_dense = false;               // of more than some 50 k triangles in view: aims of its own (fractions.h)
   std::vector<Setting> settings = {};  // instead of the suite's; empty: those
 };
 
@@ -48,11 +51,13 @@ struct Row {
   Setting setting;
   std::string failure;  // the status where it failed; then nothing below holds
   ImageError error;
-  double cpu_ms = 0;  // cold: light data and resolve, `cache: REFRESH`
+  double predicted = 0;  // RenderReport.error.predicted; 0: not told
+  double cpu_ms = 0;     // cold: light data and resolve, `cache: REFRESH`
   double wall_ms = 0;
   double shadow_cpu_ms = 0;                           // cpu_ms less the case's primary visibility
   double light_ms = 0;                                // wall, of it
   double resolve_ms = 0;                              // wall, of it
+  uint64_t light_data_bytes = 0;                      // of the first light
   double warm_cpu_ms = 0;                             // same light, another camera; 0: not measured
   std::vector<std::pair<std::string, double>> steps;  // wall ms of the resolve's own passes, where it has them
   std::vector<std::string> skipped;                   // "pass: reason"
@@ -65,6 +70,7 @@ struct CaseResult {
   double primary_cpu_ms = 0;   // primary visibility alone: what all rows share
   double reference_noise = 0;  // mean |a - b| / 2 of its two halves, over shadowed pixels
   double reference_cpu_ms = 0;
+  bool is_dense = false;
   Image mask;             // 1 where something is drawn that faces part of the light: what errors are taken over
   Image reference;        // visibility of the first light
   std::string frame_png;  // what the scene looks like

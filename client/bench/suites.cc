@@ -28,6 +28,7 @@ constexpr uint32_t kWidth = 640, kHeight = 360;
 struct SettingText {
   const char* method;
   std::vector<std::string> options;  // "key=value"
+  int filter_radius = 0;
 };
 
 absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>& texts,
@@ -38,6 +39,14 @@ absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>
     Setting& setting = settings.emplace_back();
     setting.method = text.method;
     setting.label = absl::StrJoin(text.options, " ");
+    setting.filter_radius = text.filter_radius;
+    const bool is_adaptive = std::find(text.options.begin(), text.options.end(), "adaptive=true") != text.options.end();
+    setting.family = absl::StrCat(text.method, is_adaptive ? " adaptive" : "");
+    if (text.filter_radius > 0) {
+      const int side = 2 * text.filter_radius + 1;
+      absl::StrAppend(&setting.label, " filter ", side, "x", side);
+      absl::StrAppend(&setting.family, " filtered");
+    }
     const auto* field = v1::Method::descriptor()->FindFieldByName(text.method);
     google::protobuf::Message* options = setting.options.GetReflection()->MutableMessage(&setting.options, field);
     for (const std::string& option : text.options) {
@@ -136,6 +145,31 @@ std::vector<SettingText> SssmSettings() {
   settings.push_back({"ssm", {"sub_lights=1", "occluder_map_size=512"}});
   settings.push_back({"pcss", {large[0], large[1], "map_size=4096"}});
   settings.push_back({"sssm", {large[0], large[1], "map_size=4096", "weights=MEAN"}});
+  return settings;
+}
+
+// SHAFT and whatever a user would take instead.
+std::vector<SettingText> ShaftSettings() {
+  std::vector<SettingText> settings;
+  for (const char* rows : {"rows=8", "rows=16", "rows=32", "rows=64"}) {
+    settings.push_back({"shaft", {rows}});
+    settings.push_back({"shaft", {rows, "sparse=true"}});
+  }
+  for (const char* rays : {"rays=1", "rays=4", "rays=16"}) {
+    settings.push_back({"ray", {rays}});
+    settings.push_back({"ray", {rays}, 1});
+    settings.push_back({"ray", {rays}, 2});
+  }
+  for (const char* rays : {"rays=64", "rays=256", "rays=1024"}) settings.push_back({"ray", {rays}});
+  for (const char* stop : {"stop_error=0.03", "stop_error=0.01", "stop_error=0.003", "stop_error=0.001"}) {
+    settings.push_back({"ray", {"rays=1024", "adaptive=true", stop}});
+  }
+  for (const char* k : {"k=4", "k=16", "k=64", "k=256"}) settings.push_back({"multi_map", {k, "map_size=512"}});
+  settings.push_back({"multi_map", {"k=64", "map_size=256"}});
+  settings.push_back({"pcss", {"blocker_taps=7", "filter_taps=15", "map_size=512"}});
+  settings.push_back({"pcss", {"blocker_taps=7", "filter_taps=15"}});
+  settings.push_back({"pcss", {"blocker_taps=11", "filter_taps=21"}});
+  settings.push_back({"pcss", {"blocker_taps=29", "filter_taps=41"}});
   return settings;
 }
 
@@ -377,8 +411,8 @@ absl::StatusOr<std::vector<CurvePlan>> SsmCurves(const std::vector<std::string>&
   return curves;
 }
 
-absl::StatusOr<std::vector<CurvePlan>> FullCurves(const std::vector<std::string>& methods) {
-  ASSIGN_OR_RETURN(const std::vector<Setting> settings, MakeSettings(CurveSettings(), methods));
+// Against triangles, light size, pixels and lights.
+std::vector<CurvePlan> WorkCurves(const std::vector<Setting>& settings) {
   std::vector<CurvePlan> curves;
   curves.push_back(MakeCurve("triangles",
                              {{1e3, {.scene = "S6", .triangles = 1000}},
@@ -403,6 +437,12 @@ absl::StatusOr<std::vector<CurvePlan>> FullCurves(const std::vector<std::string>
                               {4, {.scene = "S5", .width = 320, .height = 180, .lights = 4}},
                               {16, {.scene = "S5", .width = 320, .height = 180, .lights = 16}}},
                              settings));
+  return curves;
+}
+
+absl::StatusOr<std::vector<CurvePlan>> FullCurves(const std::vector<std::string>& methods) {
+  ASSIGN_OR_RETURN(const std::vector<Setting> settings, MakeSettings(CurveSettings(), methods));
+  std::vector<CurvePlan> curves = WorkCurves(settings);
   ASSIGN_OR_RETURN(CurvePlan map_size, MakeOptionCurve("map_size", {128, 256, 512, 1024, 2048, 4096}, {.scene = "S2"},
                                                        {{"hard", {}}, {"pcss", {}}, {"multi_map", {"k=16"}}}, methods));
   curves.push_back(std::move(map_size));
@@ -450,6 +490,29 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     suite.effort.measures_warm = false;
     return suite;
   }
+  if (name == "shaft") {
+    for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6", "S7"}) {
+      for (const double share : {0.05, 0.2, 0.5}) {
+        suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
+        suite.cases.back().is_dense = std::string(scene) >= "S6";
+      }
+    }
+    if (!scene_folder.empty()) {
+      for (const char* view : {"spot", "graveyard", "camp", "trees_masked", "nefertiti", "flight_helmet"}) {
+        ASSIGN_OR_RETURN(Case real, CaseOfView(fs::path(scene_folder) / "views" / absl::StrCat(view, ".json")));
+        real.is_dense = std::string(view) == "nefertiti" || std::string(view) == "flight_helmet";
+        suite.cases.push_back(std::move(real));
+      }
+    }
+    ASSIGN_OR_RETURN(suite.settings, MakeSettings(ShaftSettings(), methods));
+    ASSIGN_OR_RETURN(
+        const std::vector<Setting> curve_settings,
+        MakeSettings({{"shaft", {"rows=16"}}, {"shaft", {"rows=8", "sparse=true"}}, {"ray", {"rays=16"}}}, methods));
+    suite.curves = WorkCurves(curve_settings);
+    suite.effort = {.repetitions = 7, .reference_rays = 4096, .measures_warm = false};
+    suite.judged = "shaft";
+    return suite;
+  }
   if (name == "pdsm") {
     for (const char* scene : {"S2", "S3", "S5"}) suite.cases.push_back(MakeCase({.scene = scene}));
     for (const char* view : {"trees_masked", "garage"}) {
@@ -481,7 +544,7 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     return suite;
   }
   if (name != "full") {
-    return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, pdsm, ssm and sssm"));
+    return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, pdsm, shaft, ssm and sssm"));
   }
   for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
     for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
@@ -513,7 +576,10 @@ absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
       CurvePlan map_size,
       MakeOptionCurve("map_size", {64, 128}, {.scene = "S3", .width = 64, .height = 36}, {{"hard", {}}}, methods));
   suite.curves.push_back(std::move(map_size));
+  ASSIGN_OR_RETURN(const std::vector<Setting> filtered, MakeSettings({{"ray", {"rays=4"}, 2}}, methods));
+  suite.settings.insert(suite.settings.end(), filtered.begin(), filtered.end());
   suite.effort = {.repetitions = 1, .reference_rays = 64, .measures_warm = true};
+  suite.judged = "shaft";
   return suite;
 }
 

@@ -11,6 +11,8 @@
 #include <optional>
 #include <utility>
 
+#include "client/bench/fractions.h"
+
 namespace halfshade::bench {
 namespace {
 
@@ -57,10 +59,46 @@ nlohmann::ordered_json ToJson(const Row& row) {
                {"light_ms", row.light_ms},
                {"resolve_ms", row.resolve_ms},
                {"warm_cpu_ms", row.warm_cpu_ms},
+               {"light_data_bytes", row.light_data_bytes},
+               {"predicted", row.predicted},
                {"steps_wall_ms", nlohmann::ordered_json(row.steps)},
                {"on_front", row.is_on_front},
                {"skipped", row.skipped}});
   return json;
+}
+
+// "0.12 (0.10)", or why there is none; misses stand between asterisks.
+std::string FractionText(const Fraction& fraction) {
+  const std::string text = fraction.own.empty()     ? "not reached"
+                           : fraction.rival.empty() ? "alone"
+                                                    : absl::StrFormat("%.2f (%.2f)", fraction.whole, fraction.shadow);
+  return fraction.IsMissed() ? absl::StrCat("**", text, "**") : text;
+}
+
+std::string FractionsToTable(const Results& results) {
+  std::string text = absl::StrFormat(
+      "\n%s, CPU time of its cheapest setting beside that of the cheapest rival at equal mae_shadowed: with primary\n"
+      "visibility (and without); ** over the aim; in brackets: its setting, the rival\n",
+      results.judged);
+  for (const CaseResult& result : results.cases) {
+    absl::StrAppendFormat(&text, "  %-22s", absl::StrCat(result.name, result.is_dense ? " dense" : ""));
+    for (const Fraction& fraction : FractionsOf(result, results.judged)) {
+      absl::StrAppendFormat(&text, " %g: %-17s [%s, %s]", fraction.error, FractionText(fraction), fraction.own,
+                            fraction.rival);
+    }
+    text += "\n";
+  }
+  int within = 0, told = 0;
+  for (const CaseResult& result : results.cases) {
+    for (const Row& row : result.rows) {
+      const double error = row.error.mae_shadowed.value_or(0);
+      if (!row.failure.empty() || row.setting.method != results.judged || row.predicted == 0 || error == 0) continue;
+      ++told;
+      within += row.predicted <= 2 * error && row.predicted >= error / 2 ? 1 : 0;
+    }
+  }
+  absl::StrAppendFormat(&text, "  predicted error within 2x of the true one in %d of %d cells\n", within, told);
+  return text;
 }
 
 }  // namespace
@@ -103,7 +141,8 @@ std::string ToTable(const Results& results) {
     }
     absl::StrAppendFormat(&text, "exponent %.2f", curve.exponent);
   }
-  return text + "\n";
+  text += "\n";
+  return results.judged.empty() ? text : text + FractionsToTable(results);
 }
 
 std::string ToCsv(const Results& results) {
@@ -135,6 +174,16 @@ std::string ToJsonText(const Results& results) {
                              {"reference_noise", result.reference_noise},
                              {"reference_cpu_ms", result.reference_cpu_ms},
                              {"rows", rows}});
+    if (results.judged.empty()) continue;
+    for (const Fraction& fraction : FractionsOf(result, results.judged)) {
+      json["cases"].back()["fractions"].push_back({{"error", fraction.error},
+                                                   {"own", fraction.own},
+                                                   {"rival", fraction.rival},
+                                                   {"whole", fraction.whole},
+                                                   {"shadow", fraction.shadow},
+                                                   {"aim", fraction.aim},
+                                                   {"missed", fraction.IsMissed()}});
+    }
   }
   json["curves"] = nlohmann::ordered_json::array();
   for (const Curve& curve : results.curves) {

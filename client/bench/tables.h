@@ -15,6 +15,7 @@ struct Results {
   Head head;
   std::vector<CaseResult> cases;
   std::vector<Curve> curves;
+  std::string judged;  // the method whose cost stands beside the cheapest rival's (fractions.h); empty: none
 };
 
 // Per case: settings from cheap to dear, a mark at those that none beats in both cost and error.

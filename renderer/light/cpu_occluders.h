@@ -3,16 +3,19 @@
 
 #include <absl/status/statusor.h>
 
+#include <memory>
 #include <vector>
 
 #include "renderer/light/occluders.h"
+#include "renderer/scene/mesh_levels.h"
 #include "renderer/scene/ray_mask.h"
 
 namespace halfshade {
 
 struct CpuOccluders {
   LightSpaceOccluders triangles;
-  std::vector<RayMask> masks;  // one for each of triangles.masked
+  std::vector<RayMask> masks;                // one for each of triangles.masked
+  std::shared_ptr<const MeshLevels> levels;  // null unless needed
 };
 
 // Decodes the masks' images; the decoder's errors come back.

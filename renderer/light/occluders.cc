@@ -93,6 +93,11 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
     if (c >= casters.opaque_count) {
       AddMaskVertices(scene, mesh, &occluders.mask_vertices);
       AddMasked(mesh.material, first_index, occluders.indices.size(), &occluders.masked);
+    } else {
+      const glm::dmat3 axes(instance.world_from_mesh);
+      const double scale = std::max({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
+      const auto count = uint32_t(occluders.indices.size() - first_index);
+      occluders.runs.push_back({instance.mesh, first_vertex, uint32_t(first_index), count, scale});
     }
   }
   const double floor = std::ldexp(largest_coordinate, -20);

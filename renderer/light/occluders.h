@@ -26,9 +26,19 @@ struct MaskedOccluders {
 // Texture coordinate of the base colour, and the vertex's alpha times the material's.
 using MaskVertex = glm::vec3;
 
+// One casting instance without a mask. Its vertices are the mesh's, in their order.
+struct OccluderRun {
+  uint32_t mesh = 0;
+  uint32_t first_vertex = 0;
+  uint32_t first_index = 0;
+  uint32_t index_count = 0;
+  double scale = 1;  // longest axis of the mesh's unit cube, metres
+};
+
 struct LightSpaceOccluders {
   std::vector<glm::vec3> positions;  // light frame, metres
   std::vector<uint32_t> indices;     // triangles with a part in front of the light's plane; both sides occlude
+  std::vector<OccluderRun> runs;     // in the order of indices
   // Masked triangles and their vertices stand last: mask_vertices[i] belongs to positions[first_masked_vertex + i].
   std::vector<MaskedOccluders> masked;
   uint32_t first_masked_vertex = 0;
@@ -36,7 +46,7 @@ struct LightSpaceOccluders {
   OccluderHull hull{0, 0, 1};
   size_t SizeBytes() const {
     return positions.size() * sizeof(glm::vec3) + indices.size() * sizeof(uint32_t) +
-           mask_vertices.size() * sizeof(MaskVertex);
+           mask_vertices.size() * sizeof(MaskVertex) + runs.size() * sizeof(OccluderRun);
   }
 };
 

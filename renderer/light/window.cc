@@ -6,7 +6,7 @@
 
 namespace halfshade {
 
-OccluderHull::OccluderHull(double half_width, double half_height, double z_near) : z_near_(z_near) {
+OccluderHull::OccluderHull(double half_width, double half_height, double z_near) : z_near_(z_near), z_far_(z_near) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (Axis* axis : {&u_, &v_}) {
     std::fill_n(axis->low, 2, kInfinity);
@@ -37,6 +37,7 @@ double OccluderHull::Axis::High(double sample) const {
 void OccluderHull::AddPoint(const glm::dvec3& point) {
   u_.Add(point.x, point.z);
   v_.Add(point.y, point.z);
+  z_far_ = std::max(z_far_, point.z);
 }
 
 void OccluderHull::AddTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {

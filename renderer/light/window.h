@@ -35,6 +35,7 @@ class OccluderHull {
 
   bool IsEmpty() const { return !(u_.low[0] <= u_.high[0]); }
   double z_near() const { return z_near_; }
+  double z_far() const { return z_far_; }  // of the farthest point; z_near where there is none
   // Occluders reach beyond kMaxWindowSlope: side windows are needed, the front one ends at kSideWindowSlope.
   bool NeedsSideWindows() const;
   // Largest |slope| of the front window: kMaxWindowSlope or kSideWindowSlope.
@@ -56,6 +57,7 @@ class OccluderHull {
   };
   Axis u_, v_;
   double z_near_;
+  double z_far_;
 };
 
 // Rows of the matrix that turns the light's frame into the frame of a side's map, whose third axis is the viewing

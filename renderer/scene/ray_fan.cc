@@ -13,6 +13,18 @@ constexpr float kSegmentEnd = 1 - 9.5367432e-7f;
 
 float Size(const glm::vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
+// What the filter of one fan says of a triangle.
+bool HidesSomething(const RayScene::Triangles& triangles, uint32_t triangle, const glm::vec3& origin,
+                    const glm::vec3& normal, float error) {
+  glm::vec3 arms[3];
+  for (int k = 0; k < 3; ++k) arms[k] = glm::vec3(triangles.vertices[triangles.indices[3 * triangle + k]]) - origin;
+  bool is_above = normal == glm::vec3(0);
+  for (int k = 0; k < 3 && !is_above; ++k) is_above = glm::dot(normal, arms[k]) > kFourUlps * Size(arms[k]) + error;
+  if (!is_above) return false;
+  const glm::vec3 across = glm::cross(arms[1] - arms[0], arms[2] - arms[0]);
+  return std::abs(glm::dot(across, arms[0])) > (kFourUlps * Size(arms[0]) + error) * glm::length(across);
+}
+
 }  // namespace
 
 RayFan::RayFan(const RayScene& scene, const glm::vec3& origin, const glm::vec3& normal, float error)
@@ -49,20 +61,15 @@ void LeaveOutWhatHidesNothing(const RTCFilterFunctionNArguments* args) {
   const auto& fan = *reinterpret_cast<const RayFan::Context*>(args->context);
   const auto& triangles = *static_cast<const RayScene::Triangles*>(args->geometryUserPtr);
   uint32_t last = RTC_INVALID_GEOMETRY_ID;
-  const bool has_plane = fan.normal != glm::vec3(0);
-  bool is_above = false;
+  bool hides = false;
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
     const uint32_t triangle = RTCHitN_primID(args->hit, args->N, i);
     if (triangle != last) {
       last = triangle;
-      is_above = !has_plane;
-      for (int k = 0; k < 3 && !is_above; ++k) {
-        const glm::vec3 arm = glm::vec3(triangles.vertices[triangles.indices[3 * triangle + k]]) - fan.origin;
-        is_above = glm::dot(fan.normal, arm) > kFourUlps * Size(arm) + fan.error;
-      }
+      hides = HidesSomething(triangles, triangle, fan.origin, fan.normal, fan.error);
     }
-    if (!is_above ||
+    if (!hides ||
         triangles.IsMaskedAway(triangle, RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i))) {
       args->valid[i] = 0;
     }

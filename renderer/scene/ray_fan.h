@@ -17,8 +17,10 @@ class RayFan {
 
   // From `origin`. `normal`: of the tangent plane there, or 0: none. A triangle with no corner above it cannot stand
   // between the origin and anything above, and is left out: with it the receiver's own triangle and those beside it in
-  // one plane. So no offset is needed, and contacts don't leak. `error`: by which origin and plane may be off, beyond
-  // the 4 ulps of their coordinates that are always allowed for. `scene` outlives the fan.
+  // one plane. So is one in whose own plane the origin stands, to the same measure: seen edge-on, or lain upon, as
+  // where a pixel falls on the fold of two facets. So no offset is needed, and contacts don't leak. `error`: by which
+  // origin and plane may be off, beyond the 4 ulps of their coordinates that are always allowed for. `scene` outlives
+  // the fan.
   RayFan(const RayScene& scene, const glm::vec3& origin, const glm::vec3& normal, float error);
 
   // Segment i ends at origin + (direction_x[i], direction_y[i], direction_z[i]). Set all sixteen, none of length 0.

@@ -38,6 +38,7 @@ struct MethodNeeds {
   bool ray_scene = false;         // LightInputs::ray_scene
   bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
   bool cpu_occluders = false;     // LightInputs::cpu_occluders
+  bool mesh_levels = false;       // CpuOccluders::levels
   bool receiver_map = false;      // LightInputs::receiver_map: light data depends on what receives
 };
 
@@ -65,13 +66,16 @@ struct OcclusionSum {
   // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};
+  // Options that the request left open and that were chosen by what the receivers see, for the report.
+  std::vector<std::pair<std::string, std::string>> chosen_options = {};
   // What the resolve was made of, where a method has passes worth telling apart; names are the method's own.
   std::vector<PassReport> steps{};
   // The largest hidden fraction before it was clamped, where light data did that; sums tell the others.
   double largest_fraction = 0;
 };
 
-// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions).
+// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions) or at the resolve
+// (OcclusionSum::chosen_options).
 inline constexpr char kChosen[] = "auto";
 
 class ShadowMethod {

@@ -7,9 +7,11 @@ uniform vec2 slope_per_ray;
 uniform float z_near;
 
 #ifdef HAS_VOLUME
-// At even depths from 0 to 1: hidden samples, and those of them hidden from beyond the next slice (slice_builder.h).
+// At depths from 0 to 1 (slice_builder.h: SliceSpacing): hidden samples, and those of them hidden from beyond the next slice.
 uniform usampler2DArray volume;
 uniform int slices;
+uniform int slices_behind;     // evenly spaced from 0 to
+uniform float occluders_from;  // here; the rest, evenly too, to 1
 uniform int point_count;
 
 // A line from the slice nearer to the light to the farther one. own_rise: how much faster than depth along a ray the depth
@@ -17,7 +19,9 @@ uniform int point_count;
 // farther slice may be that plane, and is left out. Below 0: of the plane's two sides the farther one is asked for, and
 // the farther slice tells it.
 float AttenuationOfRay(ivec2 ray, float depth, float own_rise) {
-  float place = clamp(depth, 0.0, 1.0) * float(slices - 1);
+  float among = clamp((depth - occluders_from) / (1.0 - occluders_from), 0.0, 1.0);
+  float behind = clamp(depth / occluders_from, 0.0, 1.0);
+  float place = among * float(slices - 1 - slices_behind) + behind * float(slices_behind);
   int below = min(int(place), slices - 2);
   float along = place - float(below);
   float near = float(texelFetch(volume, ivec3(ray, below + 1), 0).r);

@@ -4,7 +4,8 @@
 // and, since a map shows a surface's depth at the centres of its texels, the change of depth over half a texel
 // nearer to the light: no texel of the plane itself, in the map of any sample above it, is over that. Nor are neighbours
 // in a crease, which may rise on from the plane by twice a texel's half width.
-// Samples below the plane are counted exactly; what hides them is taken to be the receiver's own solid.
+// Samples below the plane are counted exactly, of cells their parts below it; what hides them is taken to be the receiver's own
+// solid.
 #include "common/receiver.glsl"
 #include "common/horizon.glsl"
 #include "pdsm/attenuation.glsl"
@@ -18,6 +19,7 @@ uniform bool has_sides;
 uniform vec2 slope_per_texel;   // of the maps
 uniform vec2 half_edges;
 uniform int filter_width;
+uniform bool are_cells;         // each sample stands for its part of the light (soft_events.h)
 #ifndef HAS_VOLUME
 uniform int point_count;
 #endif
@@ -47,9 +49,10 @@ void main() {
   bool is_in_front = receiver.is_receiving && receiver.position.z > 0.0;
   float hidden = is_in_front ? FilteredAttenuation(place, asked, depth_per_slope * slope_per_ray, own_rise, filter_width) : 0.0;
   float share = ShareAbovePlane(half_edges, normal, receiver.offset);
-  float below = 0.0;
+  // Cells of the light are hidden in parts by the receiver's own solid, samples as a whole.
+  float below = are_cells ? (1.0 - share) * float(point_count) : 0.0;
   // Loops without a round are skipped on every kind of GL.
-  int counted = share > 0.0 && share < 1.0 && (hidden > 0.0 || has_sides) ? point_count : 0;
+  int counted = !are_cells && share > 0.0 && share < 1.0 && (hidden > 0.0 || has_sides) ? point_count : 0;
   for (int i = 0; i < counted; ++i) {
     below += float(dot(normal.xy, points_ls[i]) - receiver.offset <= 0.0);
   }

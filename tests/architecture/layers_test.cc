@@ -103,6 +103,7 @@ const std::vector<Foreign> kForeign = {
     {{"tbb/"},
      {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles", "renderer/shadow/pdsm/"}},
     {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/shaft/", "renderer/shadow/ssm/"}},
+    {{"meshoptimizer"}, {"renderer/scene/mesh_levels"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

@@ -192,7 +192,7 @@ std::vector<TestMethod> TestMethods() {
        .fine_samples = 512,
        .fine_step = (4 * (4.0 / 3 + 1) + 2) / 512,
        .shared_samples = 256,
-       .others = {ShaftOptions{32}, ShaftOptions{64}}}};
+       .others = {ShaftOptions{32}, ShaftOptions{64}, ShaftOptions{}, ShaftOptions{8, true}}}};
 }
 
 std::vector<TestMethod> SoftShadowMapForms() {

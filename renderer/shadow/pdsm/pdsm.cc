@@ -43,7 +43,8 @@ struct PdsmData : LightData {
   gl::Buffer points;           // vec2 each, light frame
   gl::Buffer first, vertices;  // PdsmLayout::kIndexed
   size_t vertex_count = 0;
-  gl::Texture volume;  // PdsmLayout::kVolume
+  gl::Texture volume;          // PdsmLayout::kVolume
+  pdsm::SliceSpacing spacing;  // of it
   uint64_t function_bytes = 0;
   std::unique_ptr<SampleMaps> side_maps;  // beyond the front window; null: nothing is there
   uint64_t SizeBytes() const override {
@@ -97,7 +98,7 @@ absl::Status Build(const DrawContext& draw, const OccludersOnContext& occluders,
                    const PdsmOptions& options, PdsmData& data) {
   const auto add_maps = [&](auto&& add) { return pdsm::DrawSampleMaps(draw, occluders, data.grid, points, add); };
   if (data.construction == PdsmConstruction::kSlices) {
-    pdsm::SliceBuilder builder(data.grid, pdsm::EvenSlices(kSlices));
+    pdsm::SliceBuilder builder(data.grid, data.spacing.Depths());
     RETURN_IF_ERROR(add_maps([&](const pdsm::SampleMap& map) {
       builder.Add(map);
       return absl::OkStatus();
@@ -133,6 +134,7 @@ absl::StatusOr<std::unique_ptr<PdsmData>> Prepare(const DrawContext& draw, const
   const OccluderHull& hull = inputs.occluders->hull();
   data->grid = pdsm::GridOf(hull, glm::dvec2(inputs.light.width_m, inputs.light.height_m) / 2.0, points,
                             options.map_size, options.pdsm_size);
+  data->spacing = pdsm::SpaceSlices(kSlices, data->grid.z_near / hull.z_far());
   data->construction = options.construction;
   data->layout = options.layout;
   // Occluders beside the light stand at d = 1, and a whole room in the few slices next to 0: only functions hold both.
@@ -202,7 +204,7 @@ absl::StatusOr<std::string> PdsmMethod::SaveLightData(const DrawContext& draw, c
     pdsm::SliceVolume volume;
     volume.size = data.grid.size;
     volume.maps = data.point_count;
-    volume.depths = pdsm::EvenSlices(kSlices);
+    volume.depths = data.spacing.Depths();
     volume.counts.resize(kSlices * data.grid.RayCount());
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
     gl.GetTextureImage(data.volume.id(), 0, GL_RG_INTEGER, GL_UNSIGNED_SHORT,
@@ -235,7 +237,7 @@ absl::StatusOr<std::unique_ptr<LightData>> PdsmMethod::LoadLightData(const DrawC
   const auto* volume = std::get_if<pdsm::SliceVolume>(&stored->functions);
   if (volume != nullptr) {
     if (data->layout != PdsmLayout::kVolume || volume->maps != data->point_count ||
-        volume->depths != pdsm::EvenSlices(kSlices)) {
+        volume->depths != data->spacing.Depths()) {
       return std::unique_ptr<LightData>();
     }
     RETURN_IF_ERROR(StoreVolume(draw, *volume, *data));
@@ -287,7 +289,9 @@ absl::StatusOr<OcclusionSum> PdsmMethod::ResolveOcclusion(const DrawContext& dra
   if (side_hidden) side_hidden.Bind(kSideHiddenUnit);
   const int width = FilterWidth(pdsm.filter);
   program->Set("volume", kVolumeUnit);
-  program->Set("slices", kSlices);
+  program->Set("slices", data.spacing.count);
+  program->Set("slices_behind", data.spacing.behind);
+  program->Set("occluders_from", data.spacing.occluders_from);
   program->Set("side_hidden", side_hidden ? kSideHiddenUnit : kPlanesUnit);
   program->Set("has_sides", int(bool(side_hidden)));
   program->Set("pdsm_size", data.grid.size);
@@ -297,6 +301,7 @@ absl::StatusOr<OcclusionSum> PdsmMethod::ResolveOcclusion(const DrawContext& dra
   program->Set("z_near", float(data.grid.z_near));
   program->Set("half_edges", glm::vec2(data.light.width_m / 2, data.light.height_m / 2));
   program->Set("point_count", data.point_count);
+  program->Set("are_cells", int(pdsm.has_soft_events));
   program->Set("filter_width", width);
   const double functions = (width + 1) * (width + 1);
   RETURN_IF_ERROR(DrawFullscreen(draw, receivers.width, receivers.height,

@@ -29,8 +29,17 @@ struct SliceVolume {
   uint64_t SizeBytes() const { return counts.size() * sizeof(SliceCounts) + depths.size() * sizeof(float); }
 };
 
-// `count` depths from 0 to 1, evenly spaced.
-std::vector<float> EvenSlices(int count);
+// Depths of slices: evenly spaced from 0 to `occluders_from`, the depth of the farthest occluder, in steps some seven
+// times as wide as from there to 1. Behind all occluders nothing but penumbrae changes; among them a shadow that falls
+// on what is less than a slice behind is missed.
+struct SliceSpacing {
+  int count = 2;
+  int behind = 0;            // slices before the one at occluders_from, 1 to count - 2
+  float occluders_from = 0;  // in (0, 1)
+  std::vector<float> Depths() const;
+};
+// Of count >= 3 slices.
+SliceSpacing SpaceSlices(int count, double farthest_occluder_depth);
 
 class SliceBuilder {
  public:

@@ -136,10 +136,14 @@ absl::Status SoftEventBuilder::Add(const SampleMap& map, const Stratum& stratum)
                           const double reach = glm::dot(glm::abs(normal), stratum.half);
                           const double middle = glm::dot(normal, stratum.middle);
                           const float entered = depth_of(event.texel), left = depth_of(event.texel - event.move);
+                          // Of a sample nearer to l = 0 than that, an edge whose normal is not quite known would be met
+                          // anywhere.
+                          const double across = glm::dot(normal, map.point);
+                          const double least = 0.5 * reach;
                           AppendRamp({.occluder_depth = std::max(entered, left),
                                       .depth = event.depth,
                                       .behind_depth = std::min(entered, left),
-                                      .across = glm::dot(normal, map.point),
+                                      .across = std::copysign(std::max(std::abs(across), least), across),
                                       .low = middle - reach,
                                       .high = middle + reach,
                                       .sign = event.is_entry ? 1.0 : -1.0},

@@ -122,7 +122,8 @@ HWY_INLINE void DrawPolygon(const Polygon& polygon, const Receivers16& at, Light
   // A receiver that stands in the polygon's plane, as far as floats can tell, sees it edge-on or lies on it.
   const Floats distance =
       arm_x[0] * Set(polygon.normal[0]) + arm_y[0] * Set(polygon.normal[1]) + arm_z[0] * Set(polygon.normal[2]);
-  draws = draws & (Abs(distance) > error);
+  // On a closed surface it must be seen from behind, too.
+  draws = draws & ((polygon.is_closed ? distance : Abs(distance)) > error);
   if (!at.is_loose) {
     Floats height = arm_x[0] * at.normal_x + arm_y[0] * at.normal_y + arm_z[0] * at.normal_z;
     for (int k = 1; k < kCorners; ++k) {

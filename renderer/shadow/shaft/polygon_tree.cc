@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "renderer/scene/flat_scene.h"
@@ -12,20 +11,30 @@ namespace {
 
 class TreeBuilder {
  public:
-  explicit TreeBuilder(const std::vector<Polygon>& polygons) : polygons_(polygons), order_(polygons.size()) {
-    std::iota(order_.begin(), order_.end(), 0u);
+  explicit TreeBuilder(const std::vector<Polygon>& polygons) : polygons_(polygons) {
+    boxes_.reserve(polygons.size());
+    order_.reserve(polygons.size());
     for (const Polygon& polygon : polygons) {
       Box3f box;
       for (int k = 0; k < polygon.corners; ++k) box.Add({polygon.x[k], polygon.y[k], polygon.z[k]});
+      order_.push_back({box.min + box.max, uint32_t(boxes_.size())});
       boxes_.push_back(box);
     }
   }
 
+  // Adds them behind what the tree has.
   void Build(PolygonTree* tree) {
-    tree->nodes.reserve(polygons_.size() / 16 + 16);
+    first_ = uint32_t(tree->polygons.size());
+    const auto root = uint32_t(tree->nodes.size());
     tree->nodes.emplace_back();
-    BuildNode(0, {0, uint32_t(order_.size())}, &tree->nodes);
-    for (const uint32_t i : order_) tree->polygons.push_back(polygons_[i]);
+    BuildNode(root, {0, uint32_t(order_.size())}, &tree->nodes);
+    for (const Entry& entry : order_) tree->polygons.push_back(polygons_[entry.polygon]);
+  }
+
+  float LongestDiagonal(const glm::vec3& metres) const {
+    float longest = 0;
+    for (const Box3f& box : boxes_) longest = std::max(longest, glm::length(box.Extent() * metres));
+    return longest;
   }
 
  private:
@@ -34,17 +43,22 @@ class TreeBuilder {
     uint32_t size() const { return last - first; }
   };
 
+  struct Entry {
+    glm::vec3 center;  // twice
+    uint32_t polygon = 0;
+  };
+
   std::pair<Range, Range> Split(const Range& range) {
     Box3f centers;
-    for (uint32_t i = range.first; i < range.last; ++i) centers.Add(boxes_[order_[i]].Center());
+    for (uint32_t i = range.first; i < range.last; ++i) centers.Add(order_[i].center);
     const glm::vec3 extent = centers.Extent();
     const int axis = extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
     const uint32_t middle = (range.first + range.last) / 2;
     const auto begin = order_.begin();
     // Ties by number: the same tree wherever the library's selection would put equals.
-    std::nth_element(begin + range.first, begin + middle, begin + range.last, [&](uint32_t a, uint32_t b) {
-      const float x = boxes_[a].min[axis] + boxes_[a].max[axis], y = boxes_[b].min[axis] + boxes_[b].max[axis];
-      return x < y || (x == y && a < b);
+    std::nth_element(begin + range.first, begin + middle, begin + range.last, [axis](const Entry& a, const Entry& b) {
+      const float x = a.center[axis], y = b.center[axis];
+      return x < y || (x == y && a.polygon < b.polygon);
     });
     return {{range.first, middle}, {middle, range.last}};
   }
@@ -64,8 +78,8 @@ class TreeBuilder {
       Box3f box;
       if (size_t(i) < groups.size()) {
         for (uint32_t k = groups[i].first; k < groups[i].last; ++k) {
-          box.Add(boxes_[order_[k]].min);
-          box.Add(boxes_[order_[k]].max);
+          box.Add(boxes_[order_[k].polygon].min);
+          box.Add(boxes_[order_[k].polygon].max);
         }
       }
       PolygonTree::Node& node = (*nodes)[index];
@@ -78,7 +92,7 @@ class TreeBuilder {
       node.count[i] = 0;
       if (size_t(i) >= groups.size()) continue;
       if (groups[i].size() <= PolygonTree::kLeafPolygons) {
-        node.first[i] = groups[i].first;
+        node.first[i] = first_ + groups[i].first;
         node.count[i] = uint8_t(groups[i].size());
         continue;
       }
@@ -89,7 +103,8 @@ class TreeBuilder {
   }
 
   const std::vector<Polygon>& polygons_;
-  std::vector<uint32_t> order_;
+  uint32_t first_ = 0;  // place of the first of them in the tree
+  std::vector<Entry> order_;
   std::vector<Box3f> boxes_;
 };
 
@@ -98,7 +113,21 @@ class TreeBuilder {
 PolygonTree BuildPolygonTree(ShaftPolygons polygons) {
   PolygonTree tree;
   tree.space = polygons.space;
-  if (!polygons.polygons.empty()) TreeBuilder(polygons.polygons).Build(&tree);
+  size_t count = polygons.polygons.size();
+  for (const PolygonLevel& level : polygons.levels) count += level.polygons.size();
+  tree.polygons.reserve(count);
+  tree.nodes.reserve(count / 16 + 16 * (polygons.levels.size() + 1));
+  const glm::vec3 metres(1.0 / polygons.space.scale);
+  const auto add = [&](const std::vector<Polygon>& part, float error_m, float next_error_m) {
+    if (part.empty()) return;
+    TreeBuilder builder(part);
+    // Of the level before it this is the next.
+    if (error_m > 0 && !tree.roots.empty()) tree.roots.back().next_reach_m = builder.LongestDiagonal(metres);
+    tree.roots.push_back({.node = uint32_t(tree.nodes.size()), .error_m = error_m, .next_error_m = next_error_m});
+    builder.Build(&tree);
+  };
+  add(polygons.polygons, 0, std::numeric_limits<float>::infinity());
+  for (const PolygonLevel& level : polygons.levels) add(level.polygons, level.error_m, level.next_error_m);
   tree.masked = std::move(polygons.masked);
   return tree;
 }

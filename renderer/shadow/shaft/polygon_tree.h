@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "renderer/shadow/shaft/polygons.h"
@@ -29,12 +30,21 @@ struct PolygonTree {
     uint32_t first[kWidth];  // a node, or the first polygon of a leaf
     uint8_t count[kWidth];   // polygons of a leaf; 0: a node
   };
-  std::vector<Node> nodes;  // the root is the first; none where nothing hides the light
+  // What has no levels, or one level of a dense mesh (PolygonLevel).
+  struct Root {
+    uint32_t node = 0;
+    float error_m = 0;
+    float next_error_m = std::numeric_limits<float>::infinity();
+    float next_reach_m = 0;  // longest diagonal of the boxes of the next level's polygons
+  };
+  std::vector<Root> roots;  // none where nothing hides the light
+  std::vector<Node> nodes;
   std::vector<Polygon> polygons;
   std::vector<MaskedTriangle> masked;
   ShaftSpace space;
   uint64_t SizeBytes() const {
-    return nodes.size() * sizeof(Node) + polygons.size() * sizeof(Polygon) + masked.size() * sizeof(MaskedTriangle);
+    return roots.size() * sizeof(Root) + nodes.size() * sizeof(Node) + polygons.size() * sizeof(Polygon) +
+           masked.size() * sizeof(MaskedTriangle);
   }
 };
 

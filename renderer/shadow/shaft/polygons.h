@@ -7,9 +7,10 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
 #include <vector>
 
-#include "renderer/light/occluders.h"
+#include "renderer/light/cpu_occluders.h"
 #include "renderer/request.h"
 
 namespace halfshade {
@@ -41,15 +42,25 @@ struct MaskedTriangle {
   uint32_t mask = 0;           // the run of LightSpaceOccluders::masked
 };
 
+// One level of a dense mesh. From a receiver at a distance d (metres, both boxes') its polygons count where d is
+// `error_m` times some factor of the receiver's or more, and the next level's do not yet
+// (renderer/shadow/shaft/README).
+struct PolygonLevel {
+  std::vector<Polygon> polygons;
+  float error_m = 0;                                            // of the surface; 0: the mesh itself
+  float next_error_m = std::numeric_limits<float>::infinity();  // of the next level; infinite: there is none
+};
+
 struct ShaftPolygons {
   ShaftSpace space;
-  std::vector<Polygon> polygons;
+  std::vector<Polygon> polygons;     // of what has no levels
+  std::vector<PolygonLevel> levels;  // finest first, mesh after mesh
   std::vector<MaskedTriangle> masked;
-  uint64_t SizeBytes() const { return polygons.size() * sizeof(Polygon) + masked.size() * sizeof(MaskedTriangle); }
 };
 
 // Triangles are clipped at occluders.hull.z_near() where they cross the light's plane, those that form a convex plane
 // quad with a neighbour are one polygon with it, those without area are left out.
-ShaftPolygons BuildShaftPolygons(const LightSpaceOccluders& occluders, const AreaLight& light);
+// Levels take from the mesh itself what is closed.
+ShaftPolygons BuildShaftPolygons(const CpuOccluders& occluders, const AreaLight& light);
 
 }  // namespace halfshade

@@ -141,15 +141,58 @@ inline bool ShowsItsFront(const float* normal, float offset, float margin, const
   return least > margin;
 }
 
-// Polygons of the tree that may hide the light from receivers within the bounds.
-HWY_INLINE void FindPolygons(const PolygonTree& tree, const Shaft& shaft, const Bounds& bounds,
-                             std::vector<uint32_t>* stack, std::vector<uint32_t>* found) {
-  found->clear();
-  stack->assign(tree.nodes.empty() ? 0 : 1, 0);
+// Where a level of a dense mesh is drawn: boxes whose distance from the receivers' box is in [near, far).
+struct Range {
+  float low[3], high[3];  // of the receivers' box, shaft space
+  float metres[3];        // of its axes
+  float near_m = 0, far_m = 0;
+};
+
+// Squared distance between the receivers' box and each of sixteen, and (squared) of their furthest points from it.
+HWY_INLINE void MeasureDistances(const Boxes16& boxes, const Range& range, Floats* nearest, Floats* furthest) {
+  *nearest = *furthest = Set(0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Floats below = Set(range.low[axis]) - Load(boxes.low[axis]);
+    const Floats above = Load(boxes.high[axis]) - Set(range.high[axis]);
+    const Floats metres = Set(range.metres[axis]);
+    const Floats far = Max(Max(below, above), Set(0)) * metres;
+    const Floats gap =
+        Max(Max(Set(range.low[axis]) - Load(boxes.high[axis]), Load(boxes.low[axis]) - Set(range.high[axis])), Set(0)) *
+        metres;
+    *nearest = *nearest + gap * gap;
+    *furthest = *furthest + far * far;
+  }
+}
+
+inline float DistanceOf(const Polygon& polygon, const Range& range) {
+  const float* const corners[3] = {polygon.x, polygon.y, polygon.z};
+  float sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float* p = corners[axis];
+    const float low = HWY_MIN(HWY_MIN(p[0], p[1]), HWY_MIN(p[2], p[3]));
+    const float high = HWY_MAX(HWY_MAX(p[0], p[1]), HWY_MAX(p[2], p[3]));
+    const float gap = HWY_MAX(HWY_MAX(range.low[axis] - high, low - range.high[axis]), 0.0f) * range.metres[axis];
+    sum += gap * gap;
+  }
+  return std::sqrt(sum);
+}
+
+// Adds the polygons of one root that may hide the light from receivers within the bounds.
+HWY_INLINE void FindPolygons(const PolygonTree& tree, const PolygonTree::Root& root, const Range& range,
+                             const Shaft& shaft, const Bounds& bounds, std::vector<uint32_t>* stack,
+                             std::vector<uint32_t>* found) {
+  const bool has_range = range.near_m > 0 || range.far_m < hwy::HighestValue<float>();
+  stack->assign(1, root.node);
   while (!stack->empty()) {
     const PolygonTree::Node& node = tree.nodes[stack->back()];
     stack->pop_back();
-    for (uint32_t inside = BoxesInside(node.boxes, shaft); inside != 0; inside &= inside - 1) {
+    uint32_t inside = BoxesInside(node.boxes, shaft);
+    if (has_range && inside != 0) {
+      Floats nearest, furthest;
+      MeasureDistances(node.boxes, range, &nearest, &furthest);
+      inside &= Bits((nearest < Set(range.far_m * range.far_m)) & (furthest >= Set(range.near_m * range.near_m)));
+    }
+    for (; inside != 0; inside &= inside - 1) {
       const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(inside);
       if (node.count[i] == 0) {
         stack->push_back(node.first[i]);
@@ -159,8 +202,37 @@ HWY_INLINE void FindPolygons(const PolygonTree& tree, const Shaft& shaft, const 
         const Polygon& polygon = tree.polygons[p];
         const float margin = kFourUlps * (polygon.size_m + bounds.size_m);
         if (polygon.is_closed && ShowsItsFront(polygon.normal, polygon.offset, margin, bounds)) continue;
+        if (range.near_m > 0 && DistanceOf(polygon, range) < range.near_m) continue;
         if (!IsOutside(polygon, shaft)) found->push_back(p);
       }
+    }
+  }
+}
+
+// Polygons of the tree that may hide the light from receivers within the bounds, each dense mesh at the levels that its
+// parts' distances allow: off by `level_error` of the light's smaller edge at most.
+HWY_INLINE void FindPolygons(const PolygonTree& tree, const Shaft& shaft, const Bounds& bounds, float level_error,
+                             std::vector<uint32_t>* stack, std::vector<uint32_t>* found) {
+  found->clear();
+  Range range;
+  float farthest = 0;  // from the light's middle, metres, squared
+  for (int axis = 0; axis < 3; ++axis) {
+    range.low[axis] = bounds.low[axis];
+    range.high[axis] = bounds.high[axis];
+    range.metres[axis] = float(1 / tree.space.scale[axis]);
+    const float middle = axis == 2 ? 0 : 0.5f;
+    const float reach = HWY_MAX(std::abs(bounds.low[axis] - middle), std::abs(bounds.high[axis] - middle));
+    farthest += reach * range.metres[axis] * reach * range.metres[axis];
+  }
+  // An occluder that is off by e at a distance d shows on the light, at r from the receiver, by e r / d, and more by
+  // the slant r / z under which the light is seen: as a fraction of its smaller edge e / d times this.
+  const float magnification = farthest / (bounds.low[2] * range.metres[2] * HWY_MIN(range.metres[0], range.metres[1]));
+  const float metres_per_error = magnification / level_error;
+  for (const PolygonTree::Root& root : tree.roots) {
+    range.near_m = root.error_m > 0 ? root.error_m * metres_per_error : 0;
+    range.far_m = HWY_MIN(root.next_error_m * metres_per_error + root.next_reach_m, hwy::HighestValue<float>());
+    if (range.near_m < hwy::HighestValue<float>()) {
+      FindPolygons(tree, root, range, shaft, bounds, stack, found);
     }
   }
 }

@@ -112,6 +112,10 @@ HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block,
   }
 }
 
+// What a level of a mesh may show on the light, of its edge and times the rows: a fiftieth at 16. Levels are mostly off
+// by less than their bound; nefertiti's error grew from .00231 to .00236 of penumbrae, at a fortieth to .0027.
+constexpr float kLevelErrorOfOneRow = 0.32f;
+
 // From R / 8 to 5 R / 16 rows, up or down. Over edges of all directions 16 rows then err by .0019 on average and by
 // .003 in the worst one; when all leant by one row, by .0029 and .014.
 int LeanOf(uint32_t hash, int rows) {
@@ -125,8 +129,8 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
   std::fill_n(result->hidden, Tile::kMost, 0.0f);
   std::fill_n(result->disagreement, Tile::kMost, 0.0f);
   const Bounds bounds = BoundsOf(tile, 0, Tile::kBlocks);
-  FindPolygons(tree, MakeShaft(tile, 0, tile.shares_one_plane ? Tile::kBlocks : 0, bounds), bounds, &lists->stack,
-               &lists->tile);
+  FindPolygons(tree, MakeShaft(tile, 0, tile.shares_one_plane ? Tile::kBlocks : 0, bounds), bounds,
+               kLevelErrorOfOneRow / float(rows), &lists->stack, &lists->tile);
   result->polygons = uint32_t(lists->tile.size());
   result->drawn = 0;
   if (lists->tile.empty()) return;

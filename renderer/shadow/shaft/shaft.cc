@@ -1,9 +1,14 @@
 #include "renderer/shadow/shaft/shaft.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <functional>
+#include <utility>
 
 #include "renderer/light/parallel_tiles.h"
 #include "renderer/shadow/shaft/resolve_tile.h"
+#include "renderer/shadow/shaft/sparse.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -26,16 +31,155 @@ struct ShaftLightData : LightData {
   uint64_t MapsDrawn() const override { return 0; }
 };
 
+// One resolve, from tile to tile.
+class Resolve {
+ public:
+  Resolve(const ShaftLightData& data, const CpuReceivers& receivers, const ShaftOptions& options,
+          std::function<absl::Status()> stop)
+      : data_(data),
+        receivers_(receivers),
+        options_(options),
+        stop_(std::move(stop)),
+        hidden_(receivers.size(), 0),
+        errors_(receivers.size(), -1) {}
+
+  absl::StatusOr<OcclusionSum> Run() {
+    const TileFiller filler = MakeFiller(false);
+    rows_ = options_.rows;
+    if (rows_ == 0) RETURN_IF_ERROR(ChooseRows(filler));
+    if (options_.is_sparse && !receivers_.ArePoints()) {
+      const TileFiller sparse_filler = MakeFiller(true);
+      RETURN_IF_ERROR(ForEachTile(
+          sparse_filler.count(), [&](int index) { ResolveTileOf(sparse_filler, index, rows_); }, stop_));
+      const SparseGrid grid(receivers_, hidden_, errors_);
+      RETURN_IF_ERROR(ForEachTile(
+          filler.count(), [&](int index) { ResolveBetween(grid, filler, index); }, stop_));
+    } else {
+      RETURN_IF_ERROR(ForEachTile(
+          filler.count(), [&](int index) { ResolveTileOf(filler, index, rows_); }, stop_));
+    }
+    OcclusionSum sum;
+    sum.count = drawn_;
+    sum.note = std::to_string(lit_) + " tiles lit: nothing in their shafts; polygons of blocks in " +
+               std::to_string(resolved_);
+    if (options_.is_sparse) sum.note += "; " + std::to_string(interpolated_) + " blocks interpolated";
+    if (options_.rows == 0) sum.chosen_options = {{"rows", std::to_string(rows_)}};
+    for (float& error : errors_) error = std::max(error, 0.0f);
+    sum.sums = std::move(hidden_);
+    sum.errors = std::move(errors_);
+    return sum;
+  }
+
+ private:
+  TileFiller MakeFiller(bool is_sparse) const {
+    return TileFiller(receivers_, data_.light, data_.tree.space, data_.seed, is_sparse);
+  }
+
+  void ResolveTileOf(const TileFiller& filler, int index, int rows) {
+    thread_local Tile tile;
+    if (filler.Fill(index, &tile)) ResolveFilled(tile, rows);
+  }
+
+  void ResolveFilled(const Tile& tile, int rows) {
+    thread_local TileScratch scratch;
+    thread_local TileResult result;
+    ResolveTile(data_.tree, data_.masks, tile, rows, &scratch, &result);
+    drawn_ += result.drawn;
+    ++(result.polygons == 0 ? lit_ : resolved_);
+    for (int i = 0; i < Tile::kMost; ++i) {
+      if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
+      hidden_[tile.index[i]] = result.hidden[i];
+      errors_[tile.index[i]] = kErrorOfDisagreement * result.disagreement[i];
+    }
+  }
+
+  // Blocks that the grid tells, and the rest.
+  void ResolveBetween(const SparseGrid& grid, const TileFiller& filler, int index) {
+    thread_local Tile tile;
+    constexpr int kAcross = 4;  // blocks of a tile
+    const int tiles_across = (grid.columns() + kAcross - 1) / kAcross;
+    const int left = index % tiles_across * kAcross, top = index / tiles_across * kAcross;
+    uint32_t told = 0;
+    bool is_all_told = true;
+    for (int block = 0; block < Tile::kBlocks; ++block) {
+      const int column = left + block % kAcross, row = top + block / kAcross;
+      if (column >= grid.columns() || row >= grid.rows()) continue;
+      if (grid.Interpolate(column, row, MostBend(), &hidden_, &errors_)) {
+        told |= 1u << block;
+        ++interpolated_;
+      } else {
+        is_all_told = false;
+      }
+    }
+    if (is_all_told || !filler.Fill(index, &tile)) return;
+    bool is_any_active = false;
+    for (int block = 0; block < Tile::kBlocks; ++block) {
+      if ((told >> block & 1) != 0) tile.active[block] = 0;
+      is_any_active = is_any_active || tile.active[block] != 0;
+    }
+    if (is_any_active) ResolveFilled(tile, rows_);
+  }
+
+  // Samples are off by about a 16th of that anyway.
+  float MostBend() const { return 0.5f / float(rows_); }
+
+  // A sample of the tiles with the fewest rows says how far those are off, and so how many are wanted.
+  absl::Status ChooseRows(const TileFiller& filler) {
+    constexpr int kEvery = 16;
+    rows_ = kFewestRows;
+    if (receivers_.size() < size_t(kEvery) * Tile::kMost) {
+      rows_ = kRowsOfFewReceivers;
+      return absl::OkStatus();
+    }
+    // Every column and row of tiles has its share: 5 is prime to 16.
+    RETURN_IF_ERROR(ForEachTile(
+        filler.count() / kEvery, [&](int i) { ResolveTileOf(filler, (i * kEvery) + (i * 5) % kEvery, kFewestRows); },
+        stop_));
+    double sum = 0;
+    uint64_t count = 0;
+    for (size_t i = 0; i < hidden_.size(); ++i) {
+      if (errors_[i] < 0 || hidden_[i] <= kShadowed) continue;
+      sum += errors_[i];
+      ++count;
+    }
+    const double error = count == 0 ? 0 : sum / double(count);
+    const int most_rows = data_.masks.empty() ? kMostRowsChosen : kMostRowsOfMasks;
+    while (rows_ < most_rows && error * std::pow(double(rows_) / kFewestRows, -kErrorRate) > options_.max_error) {
+      rows_ *= 2;
+    }
+    hidden_.assign(hidden_.size(), 0);
+    errors_.assign(errors_.size(), -1);
+    drawn_ = 0;
+    lit_ = resolved_ = 0;
+    return absl::OkStatus();
+  }
+
+  static constexpr int kFewestRows = 8, kMostRowsChosen = 64, kRowsOfFewReceivers = 16;
+  static constexpr int kMostRowsOfMasks = 16;  // they are asked at every sample: their cost grows with the rows
+  static constexpr float kShadowed = 1.0f / 512;
+  // Rows that double divide the error by 2^rate.
+  static constexpr double kErrorRate = 1;
+
+  const ShaftLightData& data_;
+  const CpuReceivers& receivers_;
+  const ShaftOptions options_;
+  const std::function<absl::Status()> stop_;
+  int rows_ = 0;
+  std::vector<float> hidden_, errors_;  // an error below 0: not evaluated
+  std::atomic<uint64_t> drawn_ = 0;
+  std::atomic<int> lit_ = 0, resolved_ = 0, interpolated_ = 0;
+};
+
 }  // namespace
 
 MethodNeeds ShaftMethod::Needs(const MethodOptions&, const SceneFacts&) const {
-  return {.cpu_receivers = true, .cpu_occluders = true};
+  return {.cpu_receivers = true, .cpu_occluders = true, .mesh_levels = true};
 }
 
 absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const DrawContext&, const LightInputs& inputs,
                                                                        const MethodOptions&) const {
   auto data = std::make_unique<ShaftLightData>();
-  data->tree = BuildPolygonTree(BuildShaftPolygons(inputs.cpu_occluders->triangles, inputs.light));
+  data->tree = BuildPolygonTree(BuildShaftPolygons(*inputs.cpu_occluders, inputs.light));
   data->masks = inputs.cpu_occluders->masks;
   data->light = inputs.light;
   data->seed = inputs.seed;
@@ -45,37 +189,15 @@ absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const Dra
 absl::StatusOr<OcclusionSum> ShaftMethod::ResolveOcclusion(const DrawContext& draw, const LightData& data,
                                                            const Receivers& receivers,
                                                            const MethodOptions& options) const {
-  const auto& shaft_data = static_cast<const ShaftLightData&>(data);
-  const int rows = std::get<ShaftOptions>(options).rows;
-  const TileFiller filler(*receivers.on_cpu, shaft_data.light, shaft_data.tree.space, shaft_data.seed);
-  std::vector<float> hidden(receivers.on_cpu->size(), 0);
-  std::vector<float> errors(hidden.size(), 0);
-  std::atomic<uint64_t> drawn = 0;
-  std::atomic<int> lit = 0, resolved = 0;
-  const auto resolve = [&](int index) {
-    thread_local TileScratch scratch;
-    thread_local Tile tile;
-    thread_local TileResult result;
-    if (!filler.Fill(index, &tile)) return;
-    ResolveTile(shaft_data.tree, shaft_data.masks, tile, rows, &scratch, &result);
-    drawn += result.drawn;
-    ++(result.polygons == 0 ? lit : resolved);
-    if (result.polygons == 0) return;
-    for (int i = 0; i < Tile::kMost; ++i) {
-      if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
-      hidden[tile.index[i]] = result.hidden[i];
-      errors[tile.index[i]] = kErrorOfDisagreement * result.disagreement[i];
-    }
-  };
-  RETURN_IF_ERROR(ForEachTile(filler.count(), resolve, [&draw] { return draw.pacer->Finish(); }));
-  const std::string note =
-      std::to_string(lit) + " tiles lit: nothing in their shafts; polygons of blocks in " + std::to_string(resolved);
-  return OcclusionSum{std::move(hidden), 1, drawn, note, std::move(errors)};
+  return Resolve(static_cast<const ShaftLightData&>(data), *receivers.on_cpu, std::get<ShaftOptions>(options),
+                 [&draw] { return draw.pacer->Finish(); })
+      .Run();
 }
 
 std::vector<std::pair<std::string, std::string>> ShaftMethod::DescribeOptions(const MethodOptions& options) const {
   const auto& shaft = std::get<ShaftOptions>(options);
-  return {{"rows", std::to_string(shaft.rows)}, {"sparse", "false"}};
+  return {{"rows", shaft.rows == 0 ? kChosen : std::to_string(shaft.rows)},
+          {"sparse", shaft.is_sparse ? "true" : "false"}};
 }
 
 }  // namespace halfshade

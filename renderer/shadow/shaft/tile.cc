@@ -5,6 +5,7 @@
 
 #include "renderer/math/camera.h"
 #include "renderer/math/light_frame.h"
+#include "renderer/shadow/shaft/sparse.h"
 
 namespace halfshade {
 namespace {
@@ -38,15 +39,26 @@ bool HaveOnePlane(const Tile& tile, int a, int b) {
 
 }  // namespace
 
-TileFiller::TileFiller(const CpuReceivers& receivers, const AreaLight& light, const ShaftSpace& space, uint32_t seed)
-    : receivers_(receivers), space_(space), seed_(seed), edges_(light.width_m, light.height_m) {
+TileFiller::TileFiller(const CpuReceivers& receivers, const AreaLight& light, const ShaftSpace& space, uint32_t seed,
+                       bool is_sparse)
+    : receivers_(receivers),
+      space_(space),
+      seed_(seed),
+      width_(receivers.width),
+      height_(receivers.height),
+      is_sparse_(is_sparse),
+      edges_(light.width_m, light.height_m) {
+  if (is_sparse) {
+    width_ = (width_ + SparseGrid::kBlock - 1) / SparseGrid::kBlock;
+    height_ = (height_ + SparseGrid::kBlock - 1) / SparseGrid::kBlock;
+  }
   if (receivers.ArePoints()) {
     tile_width_ = Tile::kMost;
     tile_height_ = 1;
     block_width_ = Tile::kLanes;
   }
-  columns_ = (receivers.width + tile_width_ - 1) / tile_width_;
-  rows_ = (receivers.height + tile_height_ - 1) / tile_height_;
+  columns_ = (width_ + tile_width_ - 1) / tile_width_;
+  rows_ = (height_ + tile_height_ - 1) / tile_height_;
   const LightFrame frame = MakeLightFrame(light);
   light_from_world_ = frame.light_from_world_rotation;
   eye_ls_ = PointToLight(frame, receivers.camera.eye_ws);
@@ -63,9 +75,13 @@ bool TileFiller::Fill(int index, Tile* tile) const {
     tile->active[block] = tile->cut[block] = 0;
     tile->block_hash[block] = uint32_t(Hash(~seed_, uint32_t(index * Tile::kBlocks + block)) >> 32);
     for (int lane = 0; lane < Tile::kLanes; ++lane) {
-      const int x = left + block % blocks_across * block_width_ + lane % block_width_;
-      const int y = top + block / blocks_across * block_height + lane / block_width_;
-      if (x >= receivers_.width || y >= receivers_.height) continue;
+      int x = left + block % blocks_across * block_width_ + lane % block_width_;
+      int y = top + block / blocks_across * block_height + lane / block_width_;
+      if (x >= width_ || y >= height_) continue;
+      if (is_sparse_) {
+        x = SparseGrid::PixelOf(x, receivers_.width);
+        y = SparseGrid::PixelOf(y, receivers_.height);
+      }
       const size_t receiver = size_t(y) * receivers_.width + x;
       const int i = block * Tile::kLanes + lane;
       const glm::dvec2 ndc(2 * (x + 0.5) / receivers_.width - 1, 1 - 2 * (y + 0.5) / receivers_.height);

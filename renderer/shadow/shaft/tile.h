@@ -38,7 +38,9 @@ struct alignas(64) Tile {
 // Tiles of 16 x 16 pixels in blocks of 4 x 4, or runs of 256 points in blocks of 16.
 class TileFiller {
  public:
-  TileFiller(const CpuReceivers& receivers, const AreaLight& light, const ShaftSpace& space, uint32_t seed);
+  // `is_sparse`: of pixels the one of each block that SparseGrid::PixelOf names, as a picture of a sixteenth.
+  TileFiller(const CpuReceivers& receivers, const AreaLight& light, const ShaftSpace& space, uint32_t seed,
+             bool is_sparse = false);
   int count() const { return columns_ * rows_; }
   // False: no receiver of it is active, and nothing but index is filled in.
   bool Fill(int index, Tile* tile) const;
@@ -49,6 +51,8 @@ class TileFiller {
   const CpuReceivers& receivers_;
   ShaftSpace space_;
   uint32_t seed_;
+  int width_, height_;  // of what tiles are cut from
+  bool is_sparse_;
   int tile_width_ = 16, tile_height_ = 16, block_width_ = 4;
   int columns_ = 0, rows_ = 0;
   glm::dmat3 light_from_world_;

@@ -1,32 +1,14 @@
 #include "renderer/shadow/shaft/topology.h"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <numeric>
 #include <tuple>
+#include <utility>
+
+#include "renderer/scene/weld.h"
 
 namespace halfshade {
 namespace {
-
-// Of each position the first that is equal to it: an open-addressing table, half empty or more.
-std::vector<uint32_t> Weld(const std::vector<glm::vec3>& positions) {
-  const size_t slots = std::bit_ceil(2 * positions.size() + 1);
-  std::vector<uint32_t> table(slots, ~0u);
-  std::vector<uint32_t> welded(positions.size());
-  for (uint32_t i = 0; i < positions.size(); ++i) {
-    const glm::vec3 p = positions[i] + 0.0f;  // -0 is 0
-    uint32_t bits[3];
-    std::memcpy(bits, &p.x, sizeof(bits));
-    uint64_t hash = 0;
-    for (const uint32_t word : bits) hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
-    size_t slot = (hash >> 20) & (slots - 1);
-    while (table[slot] != ~0u && positions[table[slot]] != positions[i]) slot = (slot + 1) & (slots - 1);
-    if (table[slot] == ~0u) table[slot] = i;
-    welded[i] = table[slot];
-  }
-  return welded;
-}
 
 // Disjoint sets of triangles.
 class Surfaces {
@@ -53,7 +35,7 @@ struct Side {
 
 Topology FindTopology(const std::vector<glm::vec3>& positions, const std::vector<uint32_t>& indices, float least_z) {
   const auto count = uint32_t(indices.size() / 3);
-  const std::vector<uint32_t> welded = Weld(positions);
+  std::vector<uint32_t> welded = WeldPositions(positions);
   const auto corner = [&](uint32_t triangle, uint32_t k) { return welded[indices[3 * triangle + k % 3]]; };
   const auto is_degenerate = [&](uint32_t t) {
     return corner(t, 0) == corner(t, 1) || corner(t, 1) == corner(t, 2) || corner(t, 2) == corner(t, 0);
@@ -118,6 +100,7 @@ Topology FindTopology(const std::vector<glm::vec3>& positions, const std::vector
     const uint32_t surface = surfaces.Of(t);
     topology.closed[t] = is_open[surface] || volumes[surface] == 0 ? 0 : volumes[surface] > 0 ? 1 : 2;
   }
+  topology.welded = std::move(welded);
   return topology;
 }
 

@@ -19,6 +19,7 @@ struct Topology {
   // The one other triangle across edge k (from corner k to the next), where there is exactly one and it runs the other
   // way; else kNoTriangle. [triangle][3]
   std::vector<uint32_t> neighbours;
+  std::vector<uint32_t> welded;  // of each vertex the first at its place
 };
 
 // `indices`: three a triangle, into `positions`. A triangle that crosses or touches light_z < least_z makes its surface

@@ -16,14 +16,14 @@ using testing::Not;
 
 Results Made() {
   Row good;
-  good.setting = {"multi_map", "k=4", {}};
+  good.setting = {.method = "multi_map", .label = "k=4", .options = {}, .family = "multi_map"};
   good.cpu_ms = 12;
   good.shadow_cpu_ms = 10;
   good.error.mae_shadowed = 0.02;
   good.is_on_front = true;
   good.difference = Image(2, 2, 1);
   Row bad;
-  bad.setting = {"pcss", "taps=\"7\"", {}};
+  bad.setting = {.method = "pcss", .label = "taps=\"7\"", .options = {}, .family = "pcss"};
   bad.failure = "INTERNAL: <broken>";
   CaseResult result;
   result.name = "S1 & light";
@@ -37,7 +37,26 @@ Results Made() {
   curve.cpu_ms = {1, 10};
   curve.exponent = 1;
   curve.mae_shadowed = {0.03, 0.02};
-  return {{{"cpu", "a \"fast\" one"}}, {result}, {curve}};
+  return {{{"cpu", "a \"fast\" one"}}, {result}, {curve}, ""};
+}
+
+TEST(TablesTest, WhatIsOverTheAimStandsBetweenAsterisks) {
+  Results results = Made();
+  Row own = results.cases[0].rows[1];
+  own.setting.method = "shaft";
+  own.cpu_ms = 4;
+  own.shadow_cpu_ms = 2;
+  own.predicted = 0.039;
+  results.cases[0].rows.push_back(own);
+  own.predicted = 0.041;
+  own.cpu_ms = 5;
+  results.cases[0].rows.push_back(own);
+  EXPECT_THAT(ToTable(results), Not(HasSubstr("cheapest rival")));
+  results.judged = "shaft";
+  EXPECT_THAT(ToTable(results), HasSubstr("0.03: 0.33 (0.20)"));
+  EXPECT_THAT(ToTable(results), HasSubstr("0.01: **not reached**"));
+  EXPECT_THAT(ToTable(results), HasSubstr("within 2x of the true one in 1 of 2 cells"));
+  EXPECT_EQ(nlohmann::json::parse(ToJsonText(results))["cases"][0]["fractions"][0]["rival"], "multi_map");
 }
 
 TEST(PageTest, ShowsFailuresFrontsAndCurvesAndEscapesText) {

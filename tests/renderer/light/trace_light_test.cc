@@ -258,6 +258,27 @@ TEST(TraceLightTest, ContactsDoNotLeak) {
   }
 }
 
+// A facet that rises by .2 and a steep one, which has corners above the first one's plane. What stands on their fold
+// may be rounded to behind the steep one, by less than places are known.
+TEST(TraceLightTest, NeitherFacetHidesWhatStandsOnTheirFold) {
+  constexpr double kFoldHeight = 0.3, kRise = 0.2, kSteepRise = 5, kBehind = 3e-7;
+  GlbMesh fold;
+  for (const double x : {-0.2, 0.0, 1.0}) {
+    for (const double z : {-1.0, 1.0}) {
+      fold.positions.emplace_back(glm::dvec3(x, kFoldHeight + (x < 0 ? -kSteepRise : kRise) * x, z));
+      fold.normals.emplace_back(0, 1, 0);
+    }
+  }
+  fold.indices = {0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 5};
+  const auto scene = MakeRayScene(MakeFlatScene({fold}));
+  const glm::vec3 normal(glm::normalize(glm::dvec3(-kRise, 1, 0)));
+  std::vector<glm::vec3> points;
+  for (int i = 0; i < 100; ++i) points.emplace_back(-kBehind, kFoldHeight, (i + 0.5) / 60 - 0.8);
+  const CpuReceivers receivers = MakePointReceivers(points, std::vector<glm::vec3>(points.size(), normal));
+  const TracedLight traced = Trace(*scene, Light(0.01), receivers, {.rays = 16});
+  for (size_t i = 0; i < points.size(); ++i) EXPECT_EQ(traced.hidden[i], 0) << i;
+}
+
 TEST(TraceLightTest, AStopComesBackSoon) {
   const RealScene s5("S5");
   using Clock = std::chrono::steady_clock;

@@ -9,6 +9,7 @@ namespace {
 
 TEST(OccluderHullTest, IsEmptyWithoutOccluders) {
   EXPECT_TRUE(OccluderHull(1, 1, 0.1).IsEmpty());
+  EXPECT_EQ(OccluderHull(1, 1, 0.1).z_far(), 0.1);
   EXPECT_TRUE(OccluderHull(1, 1, 0.1).FrontWindow({0, 0}).IsEmpty());
 }
 
@@ -26,6 +27,7 @@ TEST(OccluderHullTest, WindowOfTheCentreOfAPointLightIsTheSlopeRange) {
   EXPECT_DOUBLE_EQ(window.u1, 1.5);
   EXPECT_DOUBLE_EQ(window.v0, -0.25);
   EXPECT_DOUBLE_EQ(window.v1, 0.5);
+  EXPECT_EQ(hull.z_far(), 4);
 }
 
 TEST(OccluderHullTest, ContainsEveryOccluderSeenFromEveryPointOfTheLight) {

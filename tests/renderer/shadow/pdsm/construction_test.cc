@@ -26,7 +26,8 @@ EventBuilder::Result Build(const MadeMaps& made, EventForm form, float eps, bool
 }
 
 SliceVolume BuildSlices(const MadeMaps& made, int slices) {
-  SliceBuilder builder(made.grid, EvenSlices(slices));
+  // At no depth at which a ray of the cases crosses a border: there the function has a jump, and a slice its far side.
+  SliceBuilder builder(made.grid, SpaceSlices(slices, 0.61234).Depths());
   for (const SampleMap& map : made.maps) builder.Add(map);
   return builder.Finish();
 }
@@ -180,6 +181,23 @@ TEST(ConstructionTest, SlicesAreTheExactFunctionsAtTheirDepths) {
     }
     EXPECT_GT(most, 0);
   }
+}
+
+TEST(SliceSpacingTest, RisesFromZeroToOneThroughTheFarthestOccluder) {
+  for (const int count : {3, 16, 64, 255}) {
+    for (const double from : {0.0, 1e-6, 0.1, 0.5, 0.7, 0.999, 1.0, 3.0}) {
+      const SliceSpacing spacing = SpaceSlices(count, from);
+      const std::vector<float> depths = spacing.Depths();
+      ASSERT_EQ(int(depths.size()), count);
+      ASSERT_EQ(depths.front(), 0);
+      ASSERT_EQ(depths.back(), 1);
+      for (int i = 1; i < count; ++i) ASSERT_GT(depths[i], depths[i - 1]) << "count " << count << " from " << from;
+      ASSERT_EQ(depths[spacing.behind], spacing.occluders_from);
+    }
+  }
+  const SliceSpacing spacing = SpaceSlices(64, 0.7);
+  EXPECT_EQ(spacing.occluders_from, 0.7f);
+  EXPECT_EQ(spacing.behind, 16);
 }
 
 // A plate hides, from a receiver at depth d of ray (u, v), the samples whose lines meet it.

@@ -48,7 +48,7 @@ void Report(const char* name, const MadeOccluders& occluders, int k, int map_siz
   }
   for (const int slices : {16, 32, 64}) {
     const double start = CpuMs();
-    SliceBuilder builder(made.grid, EvenSlices(slices));
+    SliceBuilder builder(made.grid, SpaceSlices(slices, 0.6).Depths());
     for (const SampleMap& map : made.maps) builder.Add(map);
     const SliceVolume volume = builder.Finish();
     std::printf("  SLICES %2d  %7.0f CPU-ms, %.1f MB\n", slices, CpuMs() - start, double(volume.SizeBytes()) * 1e-6);

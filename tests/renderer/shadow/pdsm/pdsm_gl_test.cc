@@ -174,33 +174,73 @@ TEST_F(PdsmPlateTest, APointLightsShadowIsHardButOneTexelAroundItsEdge) {
   }
 }
 
-TEST(PdsmTest, OfSelfShadowingSolidsItIsAboutAsGoodAsItsMaps) {
-  for (const char* name : {"S2", "S3"}) {
+// Mean errors over shadowed pixels of a made scene, light .2 of its extent.
+class PdsmClassTest : public testing::Test {
+ protected:
+  void Use(const char* name) {
     const MadeScene made = MakeScene(name, {.light_share = 0.2});
-    const FlatScene scene = MakeFlatScene(made.meshes);
-    RenderRequest request = RequestFor(made);
-    request.width = 160;
-    request.height = 90;
-    request.method = RayOptions{1024};
-    const Image truth = RenderVisibility(scene, request);
-    const auto error_of = [&](const MethodOptions& method) {
-      request.method = method;
-      const Image v = RenderVisibility(scene, request);
-      double sum = 0;
-      int shadowed = 0;
-      for (size_t i = 0; i < v.size(); ++i) {
-        if (truth.data()[i] >= 1 - 1.0f / 512) continue;
-        sum += std::abs(v.data()[i] - truth.data()[i]);
-        ++shadowed;
-      }
-      EXPECT_GT(shadowed, 500);
-      return sum / shadowed;
-    };
-    const double maps = error_of(MultiMapOptions{64, 512});
-    const double volume = error_of(PdsmOptions{});
+    scene_ = MakeFlatScene(made.meshes);
+    request_ = RequestFor(made);
+    request_.width = 160;
+    request_.height = 90;
+    request_.method = RayOptions{1024};
+    truth_ = RenderVisibility(scene_, request_);
+  }
+  double ErrorOf(const MethodOptions& method) {
+    request_.method = method;
+    const Image v = RenderVisibility(scene_, request_);
+    double sum = 0;
+    int shadowed = 0;
+    for (size_t i = 0; i < v.size(); ++i) {
+      if (truth_.data()[i] >= 1 - 1.0f / 512) continue;
+      sum += std::abs(v.data()[i] - truth_.data()[i]);
+      ++shadowed;
+    }
+    EXPECT_GT(shadowed, 500);
+    return sum / shadowed;
+  }
+  static PdsmOptions Indexed(int k) {
+    PdsmOptions options = {.k = k, .eps = std::max(0.01f, 0.5f / float(k))};
+    options.construction = PdsmConstruction::kScatter;
+    options.layout = PdsmLayout::kIndexed;
+    return options;
+  }
+  FlatScene scene_;
+  RenderRequest request_;
+  Image truth_;
+};
+
+TEST_F(PdsmClassTest, OfSelfShadowingSolidsItIsAboutAsGoodAsItsMaps) {
+  for (const char* name : {"S2", "S3"}) {
+    Use(name);
+    const double maps = ErrorOf(MultiMapOptions{64, 512});
+    const double volume = ErrorOf(PdsmOptions{});
     std::printf("%s: multi_map %.5f, pdsm %.5f\n", name, maps, volume);
     EXPECT_LE(volume, 1.1 * maps + 0.001) << name;  // A tenth over: no worse than its maps; a thousandth of noise
   }
+}
+
+TEST_F(PdsmClassTest, SixteenSoftSamplesDoAboutWhatSixtyFourDo) {
+  for (const char* name : {"S2", "S3"}) {
+    Use(name);
+    PdsmOptions soft = Indexed(16);
+    soft.has_soft_events = true;
+    soft.eps = 0.002f;
+    const double few = ErrorOf(Indexed(16)), many = ErrorOf(Indexed(64)), cells = ErrorOf(soft);
+    std::printf("%s: k 16 %.5f, k 64 %.5f, k 16 soft %.5f\n", name, few, many, cells);
+    EXPECT_LE(cells, 0.6 * few);
+    EXPECT_LE(cells, 1.4 * many);
+  }
+}
+
+TEST_F(PdsmClassTest, OfLeavesSlicesAmongTheOccludersAndSurfacesAloneAreNearlyAsGoodAsAllEvents) {
+  Use("S5");
+  PdsmOptions surfaces = Indexed(64);
+  surfaces.is_surface_only = true;
+  const double events = ErrorOf(Indexed(64)), alone = ErrorOf(surfaces), volume = ErrorOf(PdsmOptions{});
+  std::printf("S5: all events %.5f, at surfaces %.5f, slices %.5f\n", events, alone, volume);
+  EXPECT_LE(alone, 1.05 * events);
+  EXPECT_LE(volume, 1.25 * events);  // even slices: 1.4
 }
 
 // A room around light and camera: what is nearest to the light's plane is beside it, and slices of even depth would

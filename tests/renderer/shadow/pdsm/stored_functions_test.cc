@@ -23,7 +23,7 @@ StoredFunctions MakeFunctions() {
 
 StoredFunctions MakeVolume() {
   const MadeMaps made = DrawMaps(Clutter(20, 1, 0.5), 8, kSize, kSize);
-  SliceBuilder builder(made.grid, EvenSlices(12));
+  SliceBuilder builder(made.grid, SpaceSlices(12, 0.6).Depths());
   for (const SampleMap& map : made.maps) builder.Add(map);
   return {made.grid, builder.Finish()};
 }

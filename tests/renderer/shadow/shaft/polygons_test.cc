@@ -16,7 +16,7 @@ namespace {
 // Seen from a light at height 3 that shines down.
 ShaftPolygons Build(const std::vector<GlbMesh>& meshes, const AreaLight& light = LightAbove(3, 0.5)) {
   const FlatScene scene = MakeFlatScene(meshes);
-  return BuildShaftPolygons(BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), light);
+  return BuildShaftPolygons({BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, nullptr}, light);
 }
 
 TEST(ShaftPolygonsTest, TheFacesOfABoxAreSixQuadsOfAClosedSurface) {

@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
 #include <random>
+#include <utility>
 
 #include "renderer/light/trace_light.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/scene/pose.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/flat_scene_builder.h"
+#include "tests/support/mesh_parts.h"
 #include "tests/support/render_fixture.h"
 
 namespace halfshade {
@@ -26,9 +29,9 @@ struct Resolved {
 };
 
 Resolved ResolvePoints(const FlatScene& scene, const AreaLight& light, const CpuReceivers& receivers, int rows,
-                       uint32_t seed = 0) {
-  const PolygonTree tree =
-      BuildPolygonTree(BuildShaftPolygons(BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), light));
+                       uint32_t seed = 0, std::shared_ptr<const MeshLevels> levels = nullptr) {
+  const PolygonTree tree = BuildPolygonTree(
+      BuildShaftPolygons({BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, std::move(levels)}, light));
   const TileFiller filler(receivers, light, tree.space, seed);
   Resolved resolved;
   resolved.hidden.resize(receivers.size(), 0);
@@ -189,6 +192,59 @@ TEST(ResolveTileTest, UnderAFullOccluderAllIsHiddenAndTheListIsNotDrawnToItsEnd)
   const Resolved resolved = ResolvePoints(MakeFlatScene(plates), LightAbove(3, 0.6), OnGround(GroundPoints(16, 2)), 16);
   for (const float hidden : resolved.hidden) EXPECT_EQ(hidden, 1);
   EXPECT_LE(resolved.drawn, 16u * 4);  // 16 blocks, asked every fourth polygon
+}
+
+// The ground, and the upper side of a ball that stands in its own way.
+CpuReceivers GroundAndBall() {
+  std::vector<glm::vec3> points = GroundPoints(96, 3), normals(points.size(), {0, 1, 0});
+  for (int i = 0; i < 2048; ++i) {
+    const double height = (i + 0.5) / 2048, around = 2.399963 * i, out = std::sqrt(1 - height * height);
+    const glm::dvec3 direction(out * std::cos(around), height, out * std::sin(around));
+    points.emplace_back(glm::dvec3(0, 0.8, 0) + 0.5 * direction);
+    normals.emplace_back(direction);
+  }
+  return MakePointReceivers(points, normals);
+}
+
+FlatScene DenseBall() {
+  GlbMesh ball;
+  AddStarSolid(ball, {0, 0.8, 0}, 160, [](const glm::dvec3&) { return 0.5; });
+  return MakeFlatScene({ball});
+}
+
+// A ball of 100 k triangles: its levels take a good part of the polygons away and show by less than the samples miss.
+TEST(ResolveTileTest, LevelsOfADenseMeshSavePolygonsAndShowLessThanTheSamplesMiss) {
+  const FlatScene scene = DenseBall();
+  const auto levels = std::make_shared<const MeshLevels>(BuildMeshLevels(scene));
+  ASSERT_FALSE(levels->meshes[0].empty());
+  const CpuReceivers receivers = GroundAndBall();
+  const AreaLight light = LightAbove(3, 0.6);
+  const Resolved truth = ResolvePoints(scene, light, receivers, 64, 9);
+  for (const int rows : {8, 16, 64}) {
+    const Resolved whole = ResolvePoints(scene, light, receivers, rows);
+    const Resolved simple = ResolvePoints(scene, light, receivers, rows, 0, levels);
+    double error = 0, simple_error = 0, largest = 0;
+    for (size_t i = 0; i < truth.hidden.size(); ++i) {
+      error += std::abs(whole.hidden[i] - truth.hidden[i]);
+      simple_error += std::abs(simple.hidden[i] - truth.hidden[i]);
+      largest = std::max(largest, double(std::abs(simple.hidden[i] - whole.hidden[i])));
+    }
+    std::printf("%d rows: polygons %.2f, error %.2f of those without levels, largest difference %.4f\n", rows,
+                double(simple.drawn) / double(whole.drawn), simple_error / error, largest);
+    EXPECT_LT(double(simple.drawn), (rows == 8 ? 0.6 : rows == 16 ? 0.7 : 0.95) * double(whole.drawn));
+    EXPECT_LT(simple_error, 1.2 * error);
+    // What a level may show, where it is not that a sample more or less is hidden; so nothing shines between two.
+    EXPECT_LT(largest, (0.32 + 0.32) / rows);
+  }
+}
+
+TEST(ResolveTileTest, UnderAPointLightADenseMeshIsDrawnAsItIs) {
+  const FlatScene scene = DenseBall();
+  const auto levels = std::make_shared<const MeshLevels>(BuildMeshLevels(scene));
+  const CpuReceivers receivers = GroundAndBall();
+  const AreaLight light = LightAbove(3, 0);
+  EXPECT_EQ(ResolvePoints(scene, light, receivers, 16, 0, levels).hidden,
+            ResolvePoints(scene, light, receivers, 16).hidden);
 }
 
 // Rows against rows: within 2x of the truth, as a quarter of it.

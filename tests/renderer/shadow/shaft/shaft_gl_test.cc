@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <string>
 
 #include "renderer/image/compare.h"
 #include "tests/support/flat_scene_builder.h"
@@ -39,6 +40,67 @@ TEST(ShaftReportTest, ThePredictedErrorIsTheTrueOneWithinAFactorOfTwo) {
     std::printf("%s: error %.5f, predicted %.5f\n", name, *error->mae_shadowed, *report.error.predicted);
     EXPECT_GT(*report.error.predicted, *error->mae_shadowed / 2) << name;
     EXPECT_LT(*report.error.predicted, *error->mae_shadowed * 2) << name;
+  }
+}
+
+std::string RowsOf(const RenderReport& report) {
+  for (const auto& [name, value] : report.options) {
+    if (name == "rows") return value;
+  }
+  return "";
+}
+
+TEST(ShaftReportTest, RowsThatAreLeftOpenAreTheFewestThatMeetTheError) {
+  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  RenderRequest request = RequestFor(made);
+  request.width = 320;
+  request.height = 180;
+  request.method = RayOptions{2048};
+  const Image truth = RenderVisibility(scene, request);
+  std::string last;
+  for (const float max_error : {0.02f, 0.004f, 0.002f, 0.00001f}) {
+    request.method = ShaftOptions{.max_error = max_error};
+    RenderReport report;
+    const auto error = Compare(truth, RenderVisibility(scene, request, &report), nullptr);
+    ASSERT_OK(error);
+    std::printf("%g: %s rows, error %.5f\n", double(max_error), RowsOf(report).c_str(), *error->mae_shadowed);
+    if (max_error > 0.001f) {
+      EXPECT_LE(*error->mae_shadowed, 1.25 * double(max_error));
+    }
+    EXPECT_NE(RowsOf(report), last);
+    last = RowsOf(report);
+  }
+  EXPECT_EQ(last, "64");
+}
+
+TEST(ShaftReportTest, TheSparseFormDrawsLessAndIsNoWorse) {
+  for (const char* name : {"S2", "S6"}) {
+    const MadeScene made = MakeScene(name, {.triangles = 8000, .light_share = 0.2});
+    const FlatScene scene = MakeFlatScene(made.meshes);
+    RenderRequest request = RequestFor(made);
+    request.method = RayOptions{1024};
+    const Image truth = RenderVisibility(scene, request);
+    double error[2], p999[2], predicted[2];
+    uint64_t drawn[2];
+    for (const bool is_sparse : {false, true}) {
+      request.method = ShaftOptions{8, is_sparse};
+      RenderReport report;
+      const Image v = RenderVisibility(scene, request, &report);
+      const auto compared = Compare(truth, v, nullptr);
+      ASSERT_OK(compared);
+      error[is_sparse] = *compared->mae_shadowed;
+      p999[is_sparse] = *compared->p999;
+      drawn[is_sparse] = ResolveOf(report)->count;
+      predicted[is_sparse] = *report.error.predicted;
+    }
+    std::printf("%s: polygons %.2f, error %.2f, p999 %.2f of the dense form's\n", name,
+                double(drawn[1]) / double(drawn[0]), error[1] / error[0], p999[1] / p999[0]);
+    EXPECT_LT(double(drawn[1]), 0.9 * double(drawn[0])) << name;
+    EXPECT_LT(error[1], error[0]) << name;
+    EXPECT_LT(p999[1], 1.1 * p999[0]) << name;
+    // As good a guess as the dense form's.
+    EXPECT_NEAR((predicted[1] / error[1]) / (predicted[0] / error[0]), 1, 0.25) << name;
   }
 }
 
