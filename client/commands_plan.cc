@@ -20,6 +20,8 @@ std::string ToText(const v1::RenderReport& plan) {
   }
   if (!plan.reason().empty()) absl::StrAppend(&text, "reason   ", plan.reason(), "\n");
   if (plan.error().has_predicted()) absl::StrAppendFormat(&text, "error    %.4f predicted\n", plan.error().predicted());
+  if (plan.timing().cpu_ms() > 0)
+    absl::StrAppendFormat(&text, "cost     %.0f CPU-ms predicted\n", plan.timing().cpu_ms());
   for (const v1::Pass& pass : plan.passes()) {
     absl::StrAppend(&text, pass.skipped() ? "skipped  " : "pass     ", pass.name(), pass.reason().empty() ? "" : ": ",
                     pass.reason(), "\n");

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <map>
+#include <sstream>
 #include <utility>
 
 #include "renderer/certify.h"
@@ -10,6 +12,7 @@
 #include "renderer/light_layers.h"
 #include "renderer/math/camera.h"
 #include "renderer/passes.h"
+#include "renderer/plan/choose_method.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/data_image.h"
@@ -349,6 +352,25 @@ class Frame {
   RenderReport report_;
 };
 
+std::string Decimal(double value) {
+  std::ostringstream text;
+  text << std::setprecision(3) << value;
+  return text.str();
+}
+
+// How a picture broke its budget; empty: it did not. What is measured counts before what is predicted, and not without
+// its interval.
+std::string FindBreach(const ErrorReport& error, const Budget& budget) {
+  if (!budget.max_error) return "";
+  const std::string over = Decimal(*budget.max_error) + "; the error is ";
+  if (error.measured) {
+    if (*error.measured - error.ci95.value_or(0) <= *budget.max_error) return "";
+    return over + Decimal(*error.measured) + " +- " + Decimal(error.ci95.value_or(0)) + " as measured";
+  }
+  if (!error.predicted || *error.predicted <= *budget.max_error) return "";
+  return over + Decimal(*error.predicted) + " as predicted";
+}
+
 }  // namespace
 
 RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
@@ -356,6 +378,7 @@ RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, c
   report.method = method.name;
   report.options = method.method->DescribeOptions(request.method);
   report.reason = request.method_reason;
+  report.error.predicted = request.predicted_error;
   if (!plan.draws_gbuffer) report.passes.push_back(SkippedPass("gbuffer", plan.gbuffer_reason));
   if (!plan.needs_shading) report.passes.push_back(SkippedPass("shade", "no FRAME is asked"));
   if (!plan.needs_textures) {
@@ -384,9 +407,18 @@ absl::Status CheckOutputs(const RenderRequest& request, const RegisteredMethod& 
 absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name,
                                        const FlatScene& scene, const RenderRequest& request,
                                        const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches) {
-  Frame frame(draw, ltc, scene_name, scene, request, decoder, &caches);
-  RETURN_IF_ERROR(frame.Draw(on_context));
-  return frame.TakeResult();
+  RenderRequest asked = request;
+  for (bool is_first = true;; is_first = false) {
+    Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches);
+    RETURN_IF_ERROR(frame.Draw(on_context));
+    RenderResult result = frame.TakeResult();
+    const std::string breach = FindBreach(result.report.error, request.budget);
+    if (breach.empty()) return result;
+    if (!is_first || !request.is_auto || !MakeMoreExact(&asked.method)) {
+      return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method);
+    }
+    asked.method_reason += "; drawn again at half the error: " + breach;
+  }
 }
 
 }  // namespace halfshade

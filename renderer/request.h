@@ -115,6 +115,12 @@ struct CertifyOptions {
   int rays = 256;          // in each of two sets at each pixel, 16..65536
 };
 
+// What the caller will bear.
+struct Budget {
+  std::optional<double> max_error{};       // mean |error| of visibility over shadowed receivers, in (0, 1)
+  std::optional<double> max_latency_ms{};  // wall, from the start of drawing to the last byte encoded
+};
+
 struct RenderRequest {
   uint32_t scene_index = 0;
   std::vector<NodeOverride> node_overrides;  // each of another node
@@ -126,7 +132,12 @@ struct RenderRequest {
   int samples = 1;  // 1, 4 or 8 a pixel, for FRAME
   std::vector<AreaLight> lights;
   MethodOptions method;
+  bool is_auto = false;       // the method was chosen, not asked for (plan/choose_method.h)
   std::string method_reason;  // why this method, for the report
+  std::optional<double> predicted_error, predicted_cpu_ms;  // by the choice
+  // Checked against the error that the method tells, or the certificate's: FAILED_PRECONDITION where it is broken, and
+  // where the method was chosen not before it was tried once more at half the error.
+  Budget budget;
   std::vector<OutputKind> outputs;
   int light_map_size = 512;  // texels a side of kSoftShadowMap, and of the map that SSM projects, 16..8192
   Shading shading;

@@ -50,6 +50,7 @@ class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_share
     ASSIGN_OR_RETURN(const RenderReport plan, PlanRender(*scene, render.request));
     plan_ = ToProto(plan);
     plan_.mutable_timing()->set_load_ms(load_ms);
+    if (render.request.predicted_cpu_ms) plan_.mutable_timing()->set_cpu_ms(*render.request.predicted_cpu_ms);
     plan_.set_server_version(HALFSHADE_VERSION);
     return absl::OkStatus();
   }

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "renderer/plan/choose_method.h"
 #include "renderer/plan/framing.h"
 #include "renderer/status.h"
 #include "server/digest.h"
@@ -105,7 +106,25 @@ absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
 // Fields that the wire has and this version does not.
 absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request) {
   if (request.has_animation()) return NotAvailable("animation", "a pose");
-  if (request.has_budget()) return NotAvailable("budget", "a budget");
+  return absl::OkStatus();
+}
+
+absl::Status CheckBudget(const v1::Budget& budget, Budget* result) {
+  if (budget.has_max_error()) {
+    const double max_error = budget.max_error();
+    RETURN_IF_ERROR(CheckFinite("budget.max_error", max_error));
+    if (!(max_error > 0 && max_error < 1)) {
+      return FieldError("budget.max_error", NumberText(max_error) + "; must be over 0 and below 1");
+    }
+    result->max_error = max_error;
+  }
+  if (budget.has_max_latency()) {
+    const double ms = 1e3 * double(budget.max_latency().seconds()) + 1e-6 * budget.max_latency().nanos();
+    if (!(ms >= 1 && ms <= 600'000)) {
+      return FieldError("budget.max_latency", NumberText(ms / 1000) + " s; must be .001 to 600");
+    }
+    result->max_latency_ms = ms;
+  }
   return absl::OkStatus();
 }
 
@@ -199,6 +218,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
     plain.lights.push_back(light);
   }
   RETURN_IF_ERROR(CheckMethod(request.method(), &plain));
+  RETURN_IF_ERROR(CheckBudget(request.budget(), &plain.budget));
   if (request.has_ground()) {
     RETURN_IF_ERROR(CheckGround(request.ground()));
     plain.ground = Ground{request.ground().height_m(), request.ground().size_m(), request.ground().shadow_catcher()};
@@ -258,6 +278,7 @@ absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request,
   const bool is_bare = request.lights().empty() && !request.has_camera() && !request.has_ground();
   if (request.lights().empty()) plain.lights = {SuitingLight(pose.bounds_ws)};
   if (is_bare) plain.ground = SuitingGround(pose.bounds_ws);
+  RETURN_IF_ERROR(SettleMethod(scene, pose, uint64_t(plain.width) * plain.height * plain.samples, &plain));
   return result;
 }
 
@@ -302,6 +323,7 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(request.fog->density_per_m, request.fog->falloff_height_m, request.fog->ground_m);
     add_vec3(request.fog->albedo);
   }
+  add(request.budget.max_error.value_or(0));  // a picture that broke it is drawn again
   add(request.method.index());
   if (const auto* hard = std::get_if<HardOptions>(&request.method)) add(hard->map_size);
   if (const auto* multi_map = std::get_if<MultiMapOptions>(&request.method)) add(multi_map->k, multi_map->map_size);

@@ -299,9 +299,9 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
       result->method_reason = "asked for";
       return absl::OkStatus();
     }
+    case v1::Method::kAuto:
     case v1::Method::METHOD_NOT_SET:
-      result->method = MultiMapOptions{};
-      result->method_reason = "no method asked: multi_map with its defaults, until auto is available";
+      result->is_auto = true;  // ValidateRender chooses, which knows the scene
       return absl::OkStatus();
     default: {
       const auto* field = v1::Method::descriptor()->FindFieldByNumber(method.method_case());

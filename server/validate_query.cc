@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "renderer/plan/choose_method.h"
 #include "renderer/status.h"
 #include "server/validate.h"
 #include "server/validate_field.h"
@@ -90,6 +91,9 @@ absl::StatusOr<ValidatedQuery> ValidateQuery(const v1::QueryVisibilityRequest& q
   ValidatedQuery result;
   result.request = std::move(render.request);
   result.points = {Unpack(query.points()), Unpack(query.normals())};
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, result.request.scene_index, result.request.node_overrides));
+  RETURN_IF_ERROR(SettleMethod(scene, pose, result.points.points_ws.size(), &result.request));
+  result.request.certify.reset();  // of pictures
   return result;
 }
 

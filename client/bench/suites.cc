@@ -216,6 +216,8 @@ std::vector<SettingText> SsmSettings() {
           {"ssm", {"sub_lights=4", "occluder_map_size=256"}},
           {"ssm", {"sub_lights=4", "occluder_map_size=512"}},
           {"ssm", {"sub_lights=4", "occluder_map_size=256", "resolve=MAP"}},
+          {"ssm", {"sub_lights=1", "occluder_map_size=256", "resolve=MAP", "coverage=false"}},
+          {"ssm", {"accumulation=SCATTER", "occluder_map_size=256"}},
           {"multi_map", {"k=16", "map_size=256"}},
           {"multi_map", {"k=16", "map_size=512"}},
           {"multi_map", {"k=64", "map_size=256"}},

@@ -118,9 +118,11 @@ class LightTracer {
       if (options_.is_adaptive) active = WhereToGoOn(active, round.last);
     }
     result.hidden.resize(receivers_.size());
+    result.errors.resize(receivers_.size());
     result.visibility.resize(receivers_.size(), 1);
     for (size_t i = 0; i < receivers_.size(); ++i) {
       result.hidden[i] = HiddenFraction(i);
+      result.errors[i] = ErrorOf(tallies_[i]);
       if (receivers_.IsReceiving(i)) result.visibility[i] = tallies_[i].share * (1 - result.hidden[i]);
     }
     return result;
@@ -235,6 +237,15 @@ class LightTracer {
     if (!receivers_.IsReceiving(index)) return 0;
     if (tally.above == 0) return 1;
     return float(tally.above - tally.visible) / float(tally.above);
+  }
+
+  // As ExpectedTraceError, but where many rays agree, they are believed: that is true of most of an umbra, and this is
+  // for means.
+  static float ErrorOf(const Tally& tally) {
+    if (tally.above == 0 || (tally.above >= kFirstRays && !tally.IsMixed())) return 0;
+    const double v = double(tally.visible) / tally.above;
+    const double variance = tally.above < kFirstRays ? Variance(tally.visible, tally.above) : v * (1 - v);
+    return float(kErrorRate * std::sqrt(variance) * std::pow(tally.above, -0.75));
   }
 
   const RayScene& scene_;

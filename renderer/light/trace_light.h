@@ -30,6 +30,7 @@ struct TracedLight {
   // One a receiver.
   std::vector<float> visibility;  // seen share of the light's area; 1 where nothing receives
   std::vector<float> hidden;      // hidden fraction, in [0,1], of the part of the light above the receiver's plane
+  std::vector<float> errors;      // expected |error| of it, 0 where 16 rays or more agree
   uint64_t rays = 0;              // traced
 };
 

@@ -47,7 +47,9 @@ absl::StatusOr<OcclusionSum> RayMethod::ResolveOcclusion(const DrawContext& draw
       .rays = ray.rays, .is_adaptive = ray.is_adaptive, .stop_error = ray.stop_error, .seed = ray_data.seed};
   ASSIGN_OR_RETURN(TracedLight traced, TraceLight(*ray_data.scene, ray_data.light, *receivers.on_cpu, trace,
                                                   [&draw] { return draw.pacer->Finish(); }));
-  return OcclusionSum{std::move(traced.hidden), 1, traced.rays};
+  OcclusionSum sum{std::move(traced.hidden), 1, traced.rays};
+  sum.errors = std::move(traced.errors);
+  return sum;
 }
 
 std::vector<std::pair<std::string, std::string>> RayMethod::DescribeOptions(const MethodOptions& options) const {

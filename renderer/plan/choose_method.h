@@ -1,0 +1,58 @@
+// AUTO: which method, with which options, for a request that names none. Pure; no GL.
+//
+// Decided by facts of scene and request and a table of costs and errors that belongs to the build, never by clocks: the
+// same request, the same choice. The table was measured on two cores with llvmpipe (README.md); only the ratios of its
+// costs matter where no latency is asked for.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+#include "renderer/scene/pose.h"
+
+namespace halfshade {
+
+// What costs and errors are predicted from.
+struct MethodFacts {
+  uint64_t casting_triangles = 0;
+  double masked_share = 0;  // of them: those with a mask to test
+  uint64_t receivers = 0;   // pixels of all views, or points
+  uint64_t lights = 1;
+  bool wants_penumbra_width = false;
+};
+MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers);
+
+struct MethodChoice {
+  MethodOptions options;
+  double error = 0;   // predicted: mean |error| of visibility over shadowed receivers
+  double cpu_ms = 0;  // predicted: of all threads, primary visibility included, nothing cached
+  std::string reason;
+};
+
+// The methods that AUTO takes, each as it would be asked for `max_error`, from cheap to dear.
+std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_error);
+
+// With max_error the cheapest that meets it; with max_latency_ms the most exact in time, of those that meet max_error
+// where that is given too; with neither, as for an error of kDefaultMaxError. FAILED_PRECONDITION that begins with
+// "budget" and names the best possible where nothing meets the budget.
+absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget& budget);
+inline constexpr double kDefaultMaxError = 0.002;
+
+// Sets what ChooseMethod chooses where request->is_auto, and the certificate that a max_error comes with: always where
+// the method does not tell its error. FAILED_PRECONDITION as ChooseMethod.
+absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t receivers, RenderRequest* request);
+
+// The same method with about half the error, for a budget that a picture broke. False: there is nothing more exact.
+bool MakeMoreExact(MethodOptions* options);
+
+// What a certificate may cost of a request whose method is predicted to take cpu_ms: none, unless its rays and the
+// hierarchy that they are traced in are a twentieth of that.
+bool CertifiesByDefault(const MethodFacts& facts, double cpu_ms);
+inline constexpr CertifyOptions kDefaultCertificate = {.pixels = 256, .rays = 64};
+
+}  // namespace halfshade

@@ -1,0 +1,108 @@
+#include "renderer/plan/choose_method.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/status_matchers.h"
+
+namespace halfshade {
+namespace {
+
+using testing::HasSubstr;
+
+MethodFacts Facts(uint64_t triangles, double masked_share = 0) {
+  return {.casting_triangles = triangles, .masked_share = masked_share, .receivers = 640 * 360};
+}
+
+TEST(ChooseMethodTest, WithoutABudgetShaftTakesTheRowsThatThePictureWants) {
+  for (const uint64_t triangles : {0ull, 2ull, 6000ull, 100'000ull}) {
+    const auto choice = ChooseMethod(Facts(triangles), {});
+    ASSERT_OK(choice);
+    const auto& shaft = std::get<ShaftOptions>(choice->options);
+    EXPECT_EQ(shaft.rows, 0);
+    EXPECT_LT(shaft.max_error, kDefaultMaxError);
+    EXPECT_LE(choice->error, kDefaultMaxError);
+    EXPECT_THAT(choice->reason, HasSubstr("auto, shaft: predicted error 0.0019"));
+    EXPECT_THAT(choice->reason, HasSubstr("; ray: predicted error")) << "what it was weighed against";
+  }
+}
+
+TEST(ChooseMethodTest, ErrorsMeetTheBudgetAndCostFallsAsItGrows) {
+  double cost = std::numeric_limits<double>::infinity();
+  for (const double max_error : {0.0002, 0.0006, 0.002, 0.005, 0.01, 0.03, 0.1}) {
+    const auto choice = ChooseMethod(Facts(70'000), {.max_error = max_error});
+    ASSERT_OK(choice);
+    EXPECT_LE(choice->error, max_error);
+    EXPECT_LE(choice->cpu_ms, cost) << max_error;
+    cost = choice->cpu_ms;
+  }
+}
+
+TEST(ChooseMethodTest, RaysTakeLeavesWithMasksAtCoarseErrorsAndWhatRowsDoNotReach) {
+  const auto is_ray = [](const MethodFacts& facts, double max_error) {
+    const auto choice = ChooseMethod(facts, {.max_error = max_error});
+    EXPECT_OK(choice);
+    return choice.ok() && std::holds_alternative<RayOptions>(choice->options);
+  };
+  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.01));
+  EXPECT_FALSE(is_ray(Facts(27'000), 0.01));
+  EXPECT_TRUE(is_ray(Facts(6000), 0.0003)) << "64 rows are off by .0005";
+  EXPECT_FALSE(is_ray(Facts(6000), 0.0006));
+}
+
+TEST(ChooseMethodTest, WhatCannotBeMetNamesTheBest) {
+  EXPECT_THAT(
+      ChooseMethod(Facts(6000), {.max_error = 1e-5}),
+      StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_error: 1e-05; the least possible is")));
+  EXPECT_THAT(
+      ChooseMethod(Facts(6000), {.max_latency_ms = 1}),
+      StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_latency: 1.0 ms; the least possible is")));
+  EXPECT_THAT(ChooseMethod(Facts(70'000), {.max_error = 0.0005, .max_latency_ms = 50}),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_latency: 50 ms")));
+}
+
+TEST(ChooseMethodTest, ALatencyBuysTheLeastErrorInTime) {
+  double error = 1;
+  for (const double max_latency_ms : {100.0, 300.0, 1000.0, 10'000.0, 100'000.0}) {
+    const auto choice = ChooseMethod(Facts(6000), {.max_latency_ms = max_latency_ms});
+    ASSERT_OK(choice);
+    EXPECT_LE(choice->error, error) << max_latency_ms;
+    error = choice->error;
+  }
+  EXPECT_LT(error, 0.001);
+}
+
+TEST(ChooseMethodTest, PenumbraWidthsAreSssms) {
+  MethodFacts facts = Facts(6000);
+  facts.wants_penumbra_width = true;
+  const auto choice = ChooseMethod(facts, {});
+  ASSERT_OK(choice);
+  EXPECT_TRUE(std::holds_alternative<SssmOptions>(choice->options));
+  EXPECT_THAT(choice->reason, HasSubstr("PENUMBRA_WIDTH is known to sssm and pcss"));
+  EXPECT_THAT(ChooseMethod(facts, {.max_error = 0.01}),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("the least possible is 0.03, by sssm")));
+}
+
+TEST(ChooseMethodTest, MoreExactIsTheSameMethodUntilThereIsNoMore) {
+  MethodOptions shaft = ShaftOptions{.max_error = 0.01f};
+  EXPECT_TRUE(MakeMoreExact(&shaft));
+  EXPECT_FLOAT_EQ(std::get<ShaftOptions>(shaft).max_error, 0.005f);
+  MethodOptions fixed = ShaftOptions{.rows = 16};
+  EXPECT_FALSE(MakeMoreExact(&fixed));
+  MethodOptions ray = RayOptions{.rays = 16384};
+  EXPECT_TRUE(MakeMoreExact(&ray));
+  EXPECT_EQ(std::get<RayOptions>(ray).rays, 65536);
+  EXPECT_FALSE(MakeMoreExact(&ray));
+  MethodOptions hard = HardOptions();
+  EXPECT_FALSE(MakeMoreExact(&hard));
+}
+
+TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
+  EXPECT_FALSE(CertifiesByDefault(Facts(6000), 100));
+  EXPECT_TRUE(CertifiesByDefault(Facts(6000), 100'000));
+}
+
+}  // namespace
+}  // namespace halfshade
