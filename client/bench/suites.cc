@@ -199,9 +199,8 @@ const std::vector<SettingText>& PdsmSettings() {
       {"pdsm", {"k=64", "layout=INDEXED", "eps=0.04"}},
       {"pdsm", {"k=256", "layout=INDEXED"}},
       {"pdsm", {"k=64", "surface_only=true"}},
-      {"pdsm", {"k=16", "soft_events=true", "eps=0.002"}},
       {"pdsm", {"k=16", "soft_events=true"}},
-      {"pdsm", {"k=16", "soft_events=true", "eps=0.02"}},
+      {"pdsm", {"k=16", "soft_events=true", "eps=0.01"}},
       {"pdsm", {"k=64", "soft_events=true"}},
   };
   return settings;

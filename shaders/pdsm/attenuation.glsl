@@ -10,8 +10,8 @@ uniform float z_near;
 // At depths from 0 to 1 (slice_builder.h: SliceSpacing): hidden samples, and those of them hidden from beyond the next slice.
 uniform usampler2DArray volume;
 uniform int slices;
-uniform int slices_behind;     // evenly spaced from 0 to
-uniform float occluders_from;  // here; the rest, evenly too, to 1
+uniform int slices_behind;     // spaced by squares from 0 to
+uniform float occluders_from;  // here; the rest evenly to 1
 uniform int point_count;
 
 // A line from the slice nearer to the light to the farther one. own_rise: how much faster than depth along a ray the depth
@@ -20,7 +20,7 @@ uniform int point_count;
 // the farther slice tells it.
 float AttenuationOfRay(ivec2 ray, float depth, float own_rise) {
   float among = clamp((depth - occluders_from) / (1.0 - occluders_from), 0.0, 1.0);
-  float behind = clamp(depth / occluders_from, 0.0, 1.0);
+  float behind = 1.0 - sqrt(1.0 - clamp(depth / occluders_from, 0.0, 1.0));
   float place = among * float(slices - 1 - slices_behind) + behind * float(slices_behind);
   int below = min(int(place), slices - 2);
   float along = place - float(below);

@@ -98,10 +98,10 @@ const std::vector<MethodThresholds>& Thresholds() {
       {"pdsm",
        {
            {"S4", 0.05, {0.0005, 0}, {0.0005, 0}, kFineTexels},
-           {"S5", 0.2, {0, 0}, {0.016, 0.81}, "leaves on leaves: " + kSlice},
+           {"S5", 0.2, {0, 0}, {0.01, 0.56}, "leaves on leaves: " + kSlice},
            {"S6", 0.2, {0, 0}, {0.0024, 0.012}, "knobs on knobs: " + kSlice},
            {"S7", 0.2, {0, 0}, {0.0033, 0.13}, "stones on stones: " + kSlice},
-           {"S8", 0.2, {0.0015, 0.69}, {0.0024, 0.72}, "the feet of posts: " + kSlice},
+           {"S8", 0.2, {0.0015, 0.14}, {0.0024, 0.17}, "the feet of posts: " + kSlice},
        }},
       {"ray", {{"S5", 0.2, {0.0027, 0}, {0.0021, 0}, kLeaves}}},
       {"pcss",

@@ -327,6 +327,21 @@ TEST(ValidateRenderTest, ScatterIsAsPrintedUnlessToldOtherwise) {
   EXPECT_EQ(ssm().blend, SsmBlend::kFp16);
 }
 
+TEST(ValidateRenderTest, EpsOfPdsmIsByDefaultWhatItsStepsOrRampsBear) {
+  v1::RenderRequest request = Good();
+  v1::PdsmOptions& pdsm = *request.mutable_method()->mutable_pdsm();
+  const auto eps = [&] {
+    return std::get<PdsmOptions>(ValidateRender(request, Scene(), Limits())->request.method).eps;
+  };
+  EXPECT_EQ(eps(), 0.01f);
+  pdsm.set_k(16);
+  EXPECT_EQ(eps(), 1.0f / 32);
+  pdsm.set_soft_events(true);
+  EXPECT_EQ(eps(), 0.002f);
+  pdsm.set_eps(0.02f);
+  EXPECT_EQ(eps(), 0.02f);
+}
+
 TEST(ContentKeyTest, DependsOnWhatIsRenderedAndOnNothingElse) {
   v1::RenderRequest request = Good();
   const auto key = [&] { return ContentKey(kScene, *ValidateRender(request, Scene(), Limits()), "1", "gl"); };

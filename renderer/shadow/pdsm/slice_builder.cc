@@ -25,7 +25,10 @@ uint8_t BucketOf(const std::vector<float>& depths, float depth) {
 
 std::vector<float> SliceSpacing::Depths() const {
   std::vector<float> depths(count);
-  for (int i = 0; i < behind; ++i) depths[i] = occluders_from * float(i) / float(behind);
+  for (int i = 0; i < behind; ++i) {
+    const float left = 1 - float(i) / float(behind);
+    depths[i] = occluders_from * (1 - left * left);
+  }
   const int steps = count - 1 - behind;
   for (int i = 0; i <= steps; ++i) {
     depths[behind + i] = occluders_from + (1 - occluders_from) * float(i) / float(steps);

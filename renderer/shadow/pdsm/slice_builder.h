@@ -29,9 +29,9 @@ struct SliceVolume {
   uint64_t SizeBytes() const { return counts.size() * sizeof(SliceCounts) + depths.size() * sizeof(float); }
 };
 
-// Depths of slices: evenly spaced from 0 to `occluders_from`, the depth of the farthest occluder, in steps some seven
-// times as wide as from there to 1. Behind all occluders nothing but penumbrae changes; among them a shadow that falls
-// on what is less than a slice behind is missed.
+// Depths of slices: evenly spaced from the farthest occluder's on, where a shadow that falls on what is less than a
+// slice behind its occluder is missed. Behind all occluders penumbrae alone change, as 1 over the way from the
+// occluder: a few slices do, spaced by squares, the densest next to the occluders.
 struct SliceSpacing {
   int count = 2;
   int behind = 0;            // slices before the one at occluders_from, 1 to count - 2

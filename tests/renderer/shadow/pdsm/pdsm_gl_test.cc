@@ -4,11 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <tuple>
 
 #include "renderer/light/sample_points.h"
 #include "renderer/scene/pose.h"
+#include "renderer/scene_loader/scene_loader.h"
 #include "renderer/shadow/pdsm/draw_sample_maps.h"
+#include "renderer/shadow/pdsm/event_builder.h"
 #include "renderer/shadow/pdsm/events.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/flat_scene_builder.h"
@@ -26,9 +31,7 @@ struct Drawn {
   std::vector<pdsm::SampleMap> maps;
 };
 
-Drawn Draw(const MadeScene& made, int k, int size) {
-  const FlatScene scene = MakeFlatScene(made.meshes);
-  const AreaLight light = RequestFor(made).lights[0];
+Drawn Draw(const FlatScene& scene, const AreaLight& light, int k, int size) {
   gl::ProgramCache programs(&TestContext());
   gl::Pacer pacer(TestContext(), [] { return absl::OkStatus(); });
   const DrawContext draw = {&TestContext(), &programs, &pacer};
@@ -44,6 +47,9 @@ Drawn Draw(const MadeScene& made, int k, int size) {
     return absl::OkStatus();
   }));
   return drawn;
+}
+Drawn Draw(const MadeScene& made, int k, int size) {
+  return Draw(MakeFlatScene(made.meshes), RequestFor(made).lights[0], k, size);
 }
 
 using EventKey = std::tuple<int, int, float, bool, EventKind, int, int>;
@@ -82,6 +88,62 @@ TEST(PdsmMapsTest, EveryMapHoldsItsOccludersInsideAnEmptyBorder) {
         for (const int at : {i, i * size, (size - 1) * size + i, i * size + size - 1}) ASSERT_EQ(map.depths[at], 0);
       }
     }
+  }
+}
+
+struct Counts {
+  pdsm::FunctionCounts raw, kept;
+  double megabytes = 0;
+};
+Counts CountEvents(const Drawn& drawn, float eps) {
+  pdsm::EventBuilder builder(drawn.grid, pdsm::EventForm::kScatter);
+  for (const pdsm::SampleMap& map : drawn.maps) EXPECT_OK(builder.Add(map));
+  const auto result = builder.Finish({.eps = eps});
+  return {result->raw, pdsm::CountVertices(result->functions), double(result->functions.SizeBytes()) * 1e-6};
+}
+
+// The paper's 63 -> 5 on average and 482 -> 40 at most, of which it never says eps. k = 64, m = n = 512, light .2.
+TEST(PdsmMapsTest, CompressionLeavesFewEventsWhereEpsSpansSomeSteps) {
+  std::vector<std::pair<std::string, Drawn>> scenes;
+  for (const char* name : {"S2", "S3", "S5"}) {
+    scenes.emplace_back(name, Draw(MakeScene(name, {.light_share = 0.2}), 64, 512));
+  }
+  if (const char* folder = std::getenv("HALFSHADE_TEST_DATA"); folder != nullptr) {
+    std::ifstream file(std::string(folder) + "/scenes/nefertiti/nefertiti.glb", std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    const auto scene = LoadGltf(bytes, {}, {});
+    ASSERT_OK(scene);
+    AreaLight light;  // of the folder's view
+    light.center_ws = {-296.153, 872.616, 197.385};
+    light.axis_u_ws = glm::normalize(glm::dvec3(-0.5547, 0, -0.83205));
+    light.normal_ws = glm::normalize(glm::dvec3(0.314276, -0.925923, -0.209517));
+    light.axis_v_ws = glm::cross(light.normal_ws, light.axis_u_ws);
+    light.width_m = light.height_m = 230.351;
+    scenes.emplace_back("nefertiti", Draw(*scene, light, 64, 512));
+  }
+  for (const auto& [name, drawn] : scenes) {
+    Counts counts;
+    for (const float eps : {0.01f, 0.02f, 0.04f}) {
+      const double before = counts.kept.mean;
+      counts = CountEvents(drawn, eps);
+      std::printf("%s, eps %.2f: events %.1f mean, %u most -> %.1f mean, %u most, %.1f MB\n", name.c_str(), double(eps),
+                  counts.raw.mean, counts.raw.most, counts.kept.mean, counts.kept.most, counts.megabytes);
+      EXPECT_LT(counts.kept.mean, before == 0 ? counts.raw.mean : before);
+    }
+    EXPECT_LT(counts.kept.mean, counts.raw.mean / 4) << name;
+    EXPECT_LT(counts.kept.most, counts.raw.most / 4) << name;
+  }
+}
+
+// The paper's "stable in k": with more samples an eps spans more of their steps.
+TEST(PdsmMapsTest, CompressedFunctionsDoNotGrowWithTheSamples) {
+  double before = 1e9;
+  for (const int k : {16, 32, 64, 128}) {
+    const Counts counts = CountEvents(Draw(MakeScene("S5", {.light_share = 0.2}), k, 128), 0.04f);
+    std::printf("S5, k %d, eps .04: %.1f events -> %.1f, %.2f MB\n", k, counts.raw.mean, counts.kept.mean,
+                counts.megabytes);
+    EXPECT_LT(counts.megabytes, before);
+    before = counts.megabytes;
   }
 }
 
