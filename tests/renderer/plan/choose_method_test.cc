@@ -46,7 +46,7 @@ TEST(ChooseMethodTest, RaysTakeLeavesWithMasksAtCoarseErrorsAndWhatRowsDoNotReac
     EXPECT_OK(choice);
     return choice.ok() && std::holds_alternative<RayOptions>(choice->options);
   };
-  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.01));
+  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.02));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.01));
   EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.002)) << "with masks shaft chooses no more than 16 rows";
   EXPECT_FALSE(is_ray(Facts(27'000), 0.002));
