@@ -14,6 +14,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 std::vector<ValidateRow> MethodRows() {
   using Code = absl::StatusCode;
   using Request = v1::RenderRequest;
+  const Code ok = Code::kOk, bad = Code::kInvalidArgument;
   return {
       {"MethodHard", [](Request& r) { r.mutable_method()->mutable_hard(); }, ok, ""},
       {"HardMapSizeLow", [](Request& r) { r.mutable_method()->mutable_hard()->set_map_size(15); }, bad,
