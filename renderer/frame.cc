@@ -358,14 +358,17 @@ std::string Decimal(double value) {
   return text.str();
 }
 
-// How a picture broke its budget; empty: it did not. What is measured counts before what is predicted, and not without
-// its interval.
+// How a picture broke its budget; empty: it did not. What is measured counts by its interval; where that reaches over
+// the bound on both sides, what is predicted decides.
 std::string FindBreach(const ErrorReport& error, const Budget& budget) {
   if (!budget.max_error) return "";
   const std::string over = Decimal(*budget.max_error) + "; the error is ";
   if (error.measured) {
-    if (*error.measured - error.ci95.value_or(0) <= *budget.max_error) return "";
-    return over + Decimal(*error.measured) + " +- " + Decimal(error.ci95.value_or(0)) + " as measured";
+    const double measured = *error.measured, ci95 = error.ci95.value_or(0);
+    if (measured + ci95 <= *budget.max_error) return "";
+    if (measured - ci95 > *budget.max_error || !error.predicted) {
+      return over + Decimal(measured) + " +- " + Decimal(ci95) + " as measured";
+    }
   }
   if (!error.predicted || *error.predicted <= *budget.max_error) return "";
   return over + Decimal(*error.predicted) + " as predicted";
@@ -408,16 +411,16 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
                                        const FlatScene& scene, const RenderRequest& request,
                                        const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches) {
   RenderRequest asked = request;
-  for (bool is_first = true;; is_first = false) {
+  while (true) {
     Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches);
     RETURN_IF_ERROR(frame.Draw(on_context));
     RenderResult result = frame.TakeResult();
     const std::string breach = FindBreach(result.report.error, request.budget);
     if (breach.empty()) return result;
-    if (!is_first || !request.is_auto || !MakeMoreExact(&asked.method)) {
+    if (!request.is_auto || !MakeMoreExact(*request.budget.max_error, &asked.method)) {
       return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method);
     }
-    asked.method_reason += "; drawn again at half the error: " + breach;
+    asked.method_reason += "; " + result.report.method + " drawn again at half the error: " + breach;
   }
 }
 

@@ -24,7 +24,8 @@ constexpr int kMaxRoundRays = 4096;  // about 2 ms at one receiver: stays far be
 constexpr int kTile = 16;            // pixels a side: neighbours share nodes of the hierarchy
 constexpr size_t kGrain = 32;        // receivers a task
 constexpr double kSlabMs = 10;
-constexpr double kErrorRate = 0.7;  // of ExpectedTraceError
+constexpr double kErrorRate = 0.7;       // of ExpectedTraceError
+constexpr double kMeanErrorRate = 0.85;  // for rays that agree and are wrong all the same
 
 // Of one ray, with one ray more on each side.
 double Variance(int visible, int above) {
@@ -245,7 +246,7 @@ class LightTracer {
     if (tally.above == 0 || (tally.above >= kFirstRays && !tally.IsMixed())) return 0;
     const double v = double(tally.visible) / tally.above;
     const double variance = tally.above < kFirstRays ? Variance(tally.visible, tally.above) : v * (1 - v);
-    return float(kErrorRate * std::sqrt(variance) * std::pow(tally.above, -0.75));
+    return float(kMeanErrorRate * std::sqrt(variance) * std::pow(tally.above, -0.75));
   }
 
   const RayScene& scene_;

@@ -24,6 +24,9 @@ constexpr double kPcssPerReceiver = 6e-4;  // sssm, 2 x 2 cells, 11 and 21 taps 
 constexpr double kShaftErrorOfRow = 0.03;
 constexpr double kRayError = 0.2, kRayRate = 0.7;
 constexpr double kSssmError = 0.03;
+// Where all is masked, leaves upon leaves, they are so many times as large.
+constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
+constexpr int kMostMaskedRows = 16;  // shaft chooses no more where there is a mask
 constexpr int kMostRays = 65536;
 // Wall time, of CPU time on as many threads as there are: drawing and encoding are partly on one.
 constexpr double kWallPerCpu = 0.7;
@@ -43,11 +46,15 @@ std::string Milliseconds(double value) {
 
 double TriangleCount(const MethodFacts& facts) { return double(std::max<uint64_t>(facts.casting_triangles, 1)); }
 
+double ShaftError(const MethodFacts& facts, int rows) {
+  return kShaftErrorOfRow / rows * (1 + (kClutteredRows - 1) * facts.masked_share);
+}
+
 MethodChoice Shaft(const MethodFacts& facts, int rows, double max_error) {
   MethodChoice choice;
   // Left open, so that the picture itself says how many rows it wants; a sample of its tiles does, hence the margin.
   choice.options = ShaftOptions{.rows = 0, .max_error = float(0.8 * max_error)};
-  choice.error = kShaftErrorOfRow / rows;
+  choice.error = ShaftError(facts, rows);
   const double lists = double(facts.receivers) * kShaftPerPolygon * std::sqrt(TriangleCount(facts)) *
                        (1 + kShaftPerRow * (rows - 8)) * (1 + kShaftMasked * facts.masked_share);
   choice.cpu_ms = double(facts.receivers) * kPrimaryPerReceiver +
@@ -57,13 +64,20 @@ MethodChoice Shaft(const MethodFacts& facts, int rows, double max_error) {
   return choice;
 }
 
-MethodChoice Ray(const MethodFacts& facts, double max_error) {
-  const double wanted = std::pow(kRayError / max_error, 1 / kRayRate);
+// `clutter`: kClutteredRays as far as the scene is.
+int RaysFor(double max_error, double clutter) {
+  const double wanted = std::pow(clutter * kRayError / max_error, 1 / kRayRate);
   int rays = 16;
   while (rays < kMostRays && rays < wanted) rays *= 2;
+  return rays;
+}
+
+MethodChoice Ray(const MethodFacts& facts, double max_error) {
+  const double clutter = 1 + (kClutteredRays - 1) * facts.masked_share;
+  const int rays = RaysFor(max_error, clutter);
   MethodChoice choice;
   choice.options = RayOptions{.rays = rays};
-  choice.error = kRayError * std::pow(rays, -kRayRate);
+  choice.error = clutter * kRayError * std::pow(rays, -kRayRate);
   choice.cpu_ms =
       double(facts.receivers) * kPrimaryPerReceiver + TriangleCount(facts) * kRayPerTriangle +
       double(facts.lights) * double(facts.receivers) * rays * kRayPerRay * std::log2(TriangleCount(facts) + 2);
@@ -125,8 +139,9 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
     candidates.push_back(PenumbraWidths(facts));
     return candidates;
   }
+  const int most_rows = facts.masked_share > 0 ? kMostMaskedRows : 64;
   int rows = 8;
-  while (rows < 64 && kShaftErrorOfRow / rows > max_error) rows *= 2;
+  while (rows < most_rows && ShaftError(facts, rows) > max_error) rows *= 2;
   candidates.push_back(Shaft(facts, rows, max_error));
   candidates.push_back(Ray(facts, max_error));
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -197,10 +212,15 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
   return absl::OkStatus();
 }
 
-bool MakeMoreExact(MethodOptions* options) {
+bool MakeMoreExact(double max_error, MethodOptions* options) {
   if (auto* shaft = std::get_if<ShaftOptions>(options)) {
-    shaft->max_error /= 2;
-    return shaft->rows == 0;
+    const float half = float(max_error / 2);
+    if (shaft->max_error > half) {
+      shaft->max_error = half;
+    } else {
+      *options = RayOptions{.rays = RaysFor(half, 1)};
+    }
+    return true;
   }
   if (auto* ray = std::get_if<RayOptions>(options)) {
     if (ray->rays > kMostRays / 4) return false;

@@ -47,8 +47,9 @@ inline constexpr double kDefaultMaxError = 0.002;
 // the method does not tell its error. FAILED_PRECONDITION as ChooseMethod.
 absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t receivers, RenderRequest* request);
 
-// The same method with about half the error, for a budget that a picture broke. False: there is nothing more exact.
-bool MakeMoreExact(MethodOptions* options);
+// What to draw after a picture that broke max_error: shaft once more at half of it, then rays, which take four times as
+// many until there are no more (false).
+bool MakeMoreExact(double max_error, MethodOptions* options);
 
 // What a certificate may cost of a request whose method is predicted to take cpu_ms: none, unless its rays and the
 // hierarchy that they are traced in are a twentieth of that.

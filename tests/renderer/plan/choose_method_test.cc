@@ -48,6 +48,8 @@ TEST(ChooseMethodTest, RaysTakeLeavesWithMasksAtCoarseErrorsAndWhatRowsDoNotReac
   };
   EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.01));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.01));
+  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.002)) << "with masks shaft chooses no more than 16 rows";
+  EXPECT_FALSE(is_ray(Facts(27'000), 0.002));
   EXPECT_TRUE(is_ray(Facts(6000), 0.0003)) << "64 rows are off by .0005";
   EXPECT_FALSE(is_ray(Facts(6000), 0.0006));
 }
@@ -85,18 +87,21 @@ TEST(ChooseMethodTest, PenumbraWidthsAreSssms) {
               StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("the least possible is 0.03, by sssm")));
 }
 
-TEST(ChooseMethodTest, MoreExactIsTheSameMethodUntilThereIsNoMore) {
-  MethodOptions shaft = ShaftOptions{.max_error = 0.01f};
-  EXPECT_TRUE(MakeMoreExact(&shaft));
-  EXPECT_FLOAT_EQ(std::get<ShaftOptions>(shaft).max_error, 0.005f);
-  MethodOptions fixed = ShaftOptions{.rows = 16};
-  EXPECT_FALSE(MakeMoreExact(&fixed));
-  MethodOptions ray = RayOptions{.rays = 16384};
-  EXPECT_TRUE(MakeMoreExact(&ray));
-  EXPECT_EQ(std::get<RayOptions>(ray).rays, 65536);
-  EXPECT_FALSE(MakeMoreExact(&ray));
-  MethodOptions hard = HardOptions();
-  EXPECT_FALSE(MakeMoreExact(&hard));
+TEST(ChooseMethodTest, AfterABreachShaftHalvesItsErrorThenRaysTakeOverUntilThereAreNoMore) {
+  MethodOptions options = ShaftOptions{.max_error = 0.0008f};
+  EXPECT_TRUE(MakeMoreExact(0.001, &options));
+  EXPECT_FLOAT_EQ(std::get<ShaftOptions>(options).max_error, 0.0005f);
+  EXPECT_TRUE(MakeMoreExact(0.001, &options));
+  int rays = std::get<RayOptions>(options).rays;
+  EXPECT_GE(rays, 4096);
+  while (MakeMoreExact(0.001, &options)) {
+    EXPECT_EQ(std::get<RayOptions>(options).rays, 4 * rays);
+    rays *= 4;
+  }
+  EXPECT_LE(rays, 65536);
+  EXPECT_GT(rays, 16384);
+  options = HardOptions();
+  EXPECT_FALSE(MakeMoreExact(0.001, &options));
 }
 
 TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {

@@ -1,0 +1,104 @@
+// Budgets against what pictures turn out to be: drawn again where the method was chosen, refused where it was not.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/render_fixture.h"
+#include "tests/support/scene_makers.h"
+
+namespace halfshade {
+namespace {
+
+using testing::HasSubstr;
+
+class BudgetTest : public testing::Test {
+ protected:
+  BudgetTest() {
+    const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+    scene_ = MakeFlatScene(made.meshes);
+    request_ = RequestFor(made);
+    request_.width = 160;
+    request_.height = 90;
+    request_.outputs = {OutputKind::kVisibility};
+  }
+  absl::StatusOr<RenderResult> Render() {
+    auto result = TestRenderer().Render("test", scene_, request_, [] { return absl::OkStatus(); });
+    TestRenderer().ForgetScene("test");
+    return result;
+  }
+  FlatScene scene_;
+  RenderRequest request_;
+};
+
+TEST_F(BudgetTest, AMethodThatWasAskedForIsRefusedWithTheErrorThatItHas) {
+  request_.method = RayOptions{.rays = 16};
+  request_.budget.max_error = 0.1;
+  EXPECT_OK(Render());
+  request_.budget.max_error = 0.005;
+  EXPECT_THAT(Render(),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_error: 0.005; the error is 0.0")));
+  request_.method = PcssOptions{};
+  request_.certify = CertifyOptions{1024, 256};
+  request_.budget.max_error = 0.001;
+  EXPECT_THAT(Render(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr(" as measured, by pcss")));
+}
+
+TEST_F(BudgetTest, AMethodThatWasChosenIsDrawnAgainUntilItsErrorIsMet) {
+  request_.is_auto = true;
+  request_.method_reason = "chosen";
+  request_.method = RayOptions{.rays = 16};
+  request_.budget.max_error = 0.01;
+  auto result = Render();
+  ASSERT_OK(result);
+  EXPECT_THAT(result->report.reason, HasSubstr("chosen; ray drawn again at half the error: 0.01; the error is 0.0"));
+  EXPECT_LE(result->report.error.predicted.value(), 0.01);
+  const Image image = std::move(result->images[0].image);
+  // The same bytes as if it had been asked for.
+  request_.is_auto = false;
+  request_.budget = {};
+  request_.method = RayOptions{.rays = std::stoi(result->report.options[0].second)};
+  result = Render();
+  ASSERT_OK(result);
+  EXPECT_TRUE(std::equal(image.data(), image.data() + image.size(), result->images[0].image.data()));
+}
+
+// Of every other scene too the prediction is within a factor of two of the truth.
+TEST_F(BudgetTest, RaysTellTheirErrorWithinAFactorOfTwo) {
+  for (const char* name : {"S1", "S2", "S3", "S5", "S6"}) {
+    const MadeScene made = MakeScene(name, {.triangles = std::string(name) == "S6" ? 20000u : 0u, .light_share = 0.2});
+    scene_ = MakeFlatScene(made.meshes);
+    request_ = RequestFor(made);
+    request_.width = 160;
+    request_.height = 90;
+    request_.outputs = {OutputKind::kVisibility};
+    request_.method = RayOptions{.rays = 4096};
+    const auto truth = Render();
+    ASSERT_OK(truth);
+    for (const int rays : {16, 64, 256}) {
+      request_.method = RayOptions{.rays = rays};
+      request_.seed = 7;
+      const auto result = Render();
+      ASSERT_OK(result);
+      double sum = 0;
+      int count = 0;
+      for (size_t i = 0; i < truth->images[0].image.size(); ++i) {
+        const float v = truth->images[0].image.data()[i];
+        if (v >= 1 - 1.0f / 512) continue;
+        sum += std::abs(v - result->images[0].image.data()[i]);
+        ++count;
+      }
+      const double error = sum / count, predicted = result->report.error.predicted.value();
+      std::printf("%s, %d rays: error %.5f, predicted %.5f\n", name, rays, error, predicted);
+      EXPECT_LE(predicted, 2 * error) << name << " " << rays;
+      EXPECT_GE(predicted, error / 2) << name << " " << rays;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace halfshade
