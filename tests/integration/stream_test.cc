@@ -126,6 +126,7 @@ class StreamTest : public testing::Test {
 };
 
 TEST_F(StreamTest, SaysThePlanThenEachImageThenTheReport) {
+  request_.mutable_request()->mutable_method()->mutable_multi_map();
   AddOutput(v1::OUTPUT_KIND_FRAME, v1::ENCODING_PNG);
   AddOutput(v1::OUTPUT_KIND_VISIBILITY, v1::ENCODING_RAW_F32);
   v1::AreaLight* light = request_.mutable_request()->add_lights();

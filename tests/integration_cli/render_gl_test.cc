@@ -300,7 +300,9 @@ TEST_F(RenderCommandTest, BadInputIsNamedAndNeitherStopsNorChangesTheServer) {
       {{"truncated.glb"}, 65, ""},
       {{"outside.gltf"}, 65, "/buffers/0/uri"},
       {{"scenes/" + std::string(64, '0')}, 66, ""},
-      {{"scene.glb", "-o", "PENUMBRA_WIDTH=d.exr"}, 69, "outputs[0].kind"},
+      {{"scene.glb", "-o", "PENUMBRA_WIDTH=d.exr", "--method", "ray"}, 69, "outputs[0].kind"},
+      {{"scene.glb", "--max-error", "0.000001"}, 78, "budget.max_error: 1e-06; the least possible is"},
+      {{"scene.glb", "--max-latency", "1"}, 78, "budget.max_latency: 1.0 ms; the least possible is"},
   };
   for (const Case& c : cases) {
     const Ran ran = Run(render + c.arguments + std::vector<std::string>{"-o", "bad.png"});
