@@ -33,7 +33,8 @@ constexpr float kPenumbraMargin = 1.0f / 512;
 class Frame {
  public:
   Frame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name, const FlatScene& scene,
-        const RenderRequest& request, const ImageDecoder& decoder, LightCaches* caches)
+        const RenderRequest& request, const ImageDecoder& decoder, LightCaches* caches,
+        gl::ObjectCache<SeenView>* views)
       : draw_(draw),
         ltc_(ltc),
         decoder_(decoder),
@@ -42,7 +43,8 @@ class Frame {
         request_(request),
         camera_(request.camera),
         method_(FindMethod(request.method)),
-        caches_(caches) {}
+        caches_(caches),
+        views_(views) {}
 
   absl::Status Draw(SceneOnContext& on_context) {
     RETURN_IF_ERROR(CheckOutputs(request_, method_));
@@ -91,27 +93,18 @@ class Frame {
     request_.camera.far_m = plan_.camera_far_m;
     const std::string name =
         plan_.views.size() > 1 ? "view[" + std::to_string(&view - plan_.views.data()) + "]/" : std::string();
-    RETURN_IF_ERROR(Timed(name + "gbuffer", &report_.shade_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(gbuffer_, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{}, request_,
-                                             {view.needs_materials, view.needs_object_ids}));
-      report_.passes.back().count = gbuffer_.triangles_drawn;
-      return absl::OkStatus();
-    }));
-    receivers_ = {&gbuffer_.planes, request_.camera, request_.width, request_.height};
+    RETURN_IF_ERROR(See(name, on_context));
+    receivers_ = {&seen_->gbuffer.planes, request_.camera, request_.width, request_.height};
     receivers_.wants_blockers = view.shows_data && Wants(OutputKind::kPenumbraWidth);
     if (CountComputed(plan_.lights) > 0 && NeedCpuReceivers(draw_, request_, Apart())) {
-      RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
-        receivers_.on_cpu = &cpu_receivers_;
-        return absl::OkStatus();
-      }));
+      RETURN_IF_ERROR(Timed(name + "readback_receivers", &report_.readback_ms, [&] { return NeedOnCpu(); }));
     }
     if (view.shows_data) RETURN_IF_ERROR(ReadData());
     if (view.shows_frame) {
       RETURN_IF_ERROR(Timed(name + "ambient", &report_.shade_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
+        ASSIGN_OR_RETURN(frame_, StartFrame(draw_, ltc_, seen_->gbuffer, receivers_, request_));
         if (HasCatcher()) {
-          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, ltc_, gbuffer_, receivers_, request_));
+          ASSIGN_OR_RETURN(unshadowed_, StartFrame(draw_, ltc_, seen_->gbuffer, receivers_, request_));
         }
         if (request_.fog) {
           ASSIGN_OR_RETURN(fog_, FogView::Create(draw_, receivers_, request_));
@@ -125,16 +118,51 @@ class Frame {
     }
     if (!view.shows_frame || !FrameSamples::AreNeeded(request_)) return absl::OkStatus();
     return Timed(name + "finish_frame", &report_.shade_ms, [&] {
-      const FrameSamples::Catcher catcher = {&unshadowed_, &gbuffer_.object_ids, GroundId(scene_)};
+      const FrameSamples::Catcher catcher = {&unshadowed_, &seen_->gbuffer.object_ids, GroundId(scene_)};
       return samples_.Add(draw_, frame_, HasCatcher() ? &catcher : nullptr, request_);
     });
+  }
+
+  // The view's G-buffer. A picture of several samples a pixel has several, and keeps none.
+  absl::Status See(const std::string& name, const SceneOnContext& on_context) {
+    const GBufferChannels channels = {view_->needs_materials, view_->needs_object_ids};
+    if (request_.cache == CacheMode::kUse && plan_.views.size() == 1 && plan_.draws_gbuffer) {
+      view_key_ = SeenViewKey(scene_name_, request_, channels);
+      seen_ = views_->Find(view_key_);
+      if (seen_ != nullptr) {
+        report_.passes.push_back(SkippedPass(name + "gbuffer", "the same view was drawn before"));
+        report_.caches.push_back({.name = "view", .hits = 1, .bytes = seen_->SizeBytes()});
+        return absl::OkStatus();
+      }
+    }
+    seen_ = std::make_shared<SeenView>();
+    RETURN_IF_ERROR(Timed(name + "gbuffer", &report_.shade_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(seen_->gbuffer, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{},
+                                                   request_, channels));
+      report_.passes.back().count = seen_->gbuffer.triangles_drawn;
+      return absl::OkStatus();
+    }));
+    if (view_key_.empty()) return absl::OkStatus();
+    views_->Keep(view_key_, seen_);
+    report_.caches.push_back({.name = "view", .misses = 1, .bytes = seen_->SizeBytes()});
+    return absl::OkStatus();
+  }
+
+  // Receivers in memory, once a view.
+  absl::Status NeedOnCpu() {
+    if (!seen_->on_cpu) {
+      ASSIGN_OR_RETURN(seen_->on_cpu, ReadBackReceivers(receivers_));
+      if (!view_key_.empty()) views_->Keep(view_key_, seen_);  // it has grown
+    }
+    receivers_.on_cpu = &*seen_->on_cpu;
+    return absl::OkStatus();
   }
 
   absl::Status ReadData() {
     for (const OutputKind kind : request_.outputs) {
       if (kind == OutputKind::kFrame || kind == OutputKind::kSoftShadowMap || images_.contains(kind)) continue;
       RETURN_IF_ERROR(Timed("readback", &report_.readback_ms, [&]() -> absl::Status {
-        ASSIGN_OR_RETURN(images_[kind], ReadDataImage(draw_, kind, gbuffer_, request_.camera));
+        ASSIGN_OR_RETURN(images_[kind], ReadDataImage(draw_, kind, seen_->gbuffer, request_.camera));
         return absl::OkStatus();
       }));
     }
@@ -188,7 +216,7 @@ class Frame {
     if (request_.certify && view_ == plan_.views.data()) RETURN_IF_ERROR(Certify(plan, name, source));
     if (view_->shows_frame) {
       RETURN_IF_ERROR(Timed(name + "shade", &report_.shade_ms, [&] {
-        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, resolved.visibility, request_, frame_);
+        return AddLight(draw_, ltc_, seen_->gbuffer, receivers_, light, resolved.visibility, request_, frame_);
       }));
     }
     if (view_->shows_frame && request_.fog) {
@@ -197,7 +225,7 @@ class Frame {
     if (view_->shows_frame && HasCatcher()) {
       RETURN_IF_ERROR(Timed(name + "shade_unshadowed", &report_.shade_ms, [&]() -> absl::Status {
         ASSIGN_OR_RETURN(const gl::Texture share, FinishVisibility(draw_, nullptr, receivers_, light));
-        return AddLight(draw_, ltc_, gbuffer_, receivers_, light, share, request_, unshadowed_);
+        return AddLight(draw_, ltc_, seen_->gbuffer, receivers_, light, share, request_, unshadowed_);
       }));
     }
     if (view_ == &plan_.views.back() && !Wants(OutputKind::kSoftShadowMap)) held_layers_.erase(&plan);
@@ -290,10 +318,7 @@ class Frame {
       ASSIGN_OR_RETURN(ray_scene_, PrepareRayScene(draw_, source, *caches_, report_));
     }
     return Timed(name + "certify", &certify_ms_, [&]() -> absl::Status {
-      if (receivers_.on_cpu == nullptr) {
-        ASSIGN_OR_RETURN(cpu_receivers_, ReadBackReceivers(receivers_));
-        receivers_.on_cpu = &cpu_receivers_;
-      }
+      RETURN_IF_ERROR(NeedOnCpu());
       const auto sides = uint32_t(std::count_if(plan_.lights.begin(), plan_.lights.end(), [](const LightPlan& side) {
         return side.outcome != LightOutcome::kSkipped;
       }));
@@ -302,7 +327,7 @@ class Frame {
       for (ChosenPixel& pixel : chosen) pixel.stratum += kStrata * certified_sides_;
       ++certified_sides_;
       ASSIGN_OR_RETURN(const std::vector<CertifiedPixel> certified,
-                       CertifyPixels(*ray_scene_, plan.light, cpu_receivers_, chosen, visibility_and_share_,
+                       CertifyPixels(*ray_scene_, plan.light, *seen_->on_cpu, chosen, visibility_and_share_,
                                      request_.certify->rays, request_.seed, [&] { return draw_.pacer->Finish(); }));
       certified_.insert(certified_.end(), certified.begin(), certified.end());
       report_.passes.back().count = certified.size();
@@ -327,13 +352,14 @@ class Frame {
   const Camera camera_;
   const RegisteredMethod& method_;
   LightCaches* caches_;
+  gl::ObjectCache<SeenView>* views_;
   Pose pose_;
   std::optional<MovedApart> apart_;
   FramePlan plan_;
   const ViewPlan* view_ = nullptr;  // that is drawn
-  GBuffer gbuffer_;
+  std::shared_ptr<SeenView> seen_;
+  std::string view_key_;  // empty: not kept
   Receivers receivers_;
-  CpuReceivers cpu_receivers_;
   gl::Texture frame_;
   gl::Texture unshadowed_;  // the frame without occluders, for a shadow catcher
   FrameSamples samples_;
@@ -409,10 +435,11 @@ absl::Status CheckOutputs(const RenderRequest& request, const RegisteredMethod& 
 
 absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name,
                                        const FlatScene& scene, const RenderRequest& request,
-                                       const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches) {
+                                       const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches,
+                                       gl::ObjectCache<SeenView>& views) {
   RenderRequest asked = request;
   while (true) {
-    Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches);
+    Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches, &views);
     RETURN_IF_ERROR(frame.Draw(on_context));
     RenderResult result = frame.TakeResult();
     const std::string breach = FindBreach(result.report.error, request.budget);

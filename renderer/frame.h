@@ -8,6 +8,7 @@
 #include "renderer/plan/frame_plan.h"
 #include "renderer/prepare_light.h"
 #include "renderer/renderer.h"
+#include "renderer/seen_view.h"
 #include "renderer/shade/shade.h"
 
 namespace halfshade {
@@ -21,6 +22,7 @@ absl::Status CheckOutputs(const RenderRequest& request, const RegisteredMethod& 
 // Renderer::Render on a context with these caches. `on_context`: the scene; its textures come as they are needed.
 absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name,
                                        const FlatScene& scene, const RenderRequest& request,
-                                       const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches);
+                                       const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches,
+                                       gl::ObjectCache<SeenView>& views);
 
 }  // namespace halfshade

@@ -31,7 +31,8 @@ class ContextRenderer : public Renderer {
         lights_{gl::ObjectCache<LightData>(memory.light_data_bytes),
                 gl::ObjectCache<const RayScene>(memory.ray_scene_bytes),
                 gl::ObjectCache<const MeshLevels>(memory.mesh_level_bytes), nullptr},
-        light_store_(memory.light_store) {}
+        light_store_(memory.light_store),
+        views_(memory.view_bytes) {}
 
   // From here on requests come from outside: their textures are decoded, and light data is stored.
   void Open(ImageDecoder decoder) {
@@ -67,18 +68,20 @@ class ContextRenderer : public Renderer {
 
   void ForgetScene(const std::string& scene_name) override {
     scenes_.Forget(SceneKey(scene_name));
+    views_.Forget(LightDataPrefix(scene_name));
     lights_.light_data.Forget(LightDataPrefix(scene_name));
     lights_.ray_scenes.Forget(LightDataPrefix(scene_name));
     lights_.mesh_levels.Forget(LightDataPrefix(scene_name));
   }
 
   std::vector<CacheReport> Caches() const override {
-    return {CacheOf("scene_on_context", scenes_), CacheOf("light_data", lights_.light_data),
+    return {CacheOf("scene_on_context", scenes_), CacheOf("light_data", lights_.light_data), CacheOf("view", views_),
             CacheOf("ray_scene", lights_.ray_scenes), CacheOf("mesh_levels", lights_.mesh_levels)};
   }
 
   void ForgetEverything() {
     scenes_.Clear();
+    views_.Clear();
     lights_.light_data.Clear();
     lights_.ray_scenes.Clear();
     lights_.mesh_levels.Clear();
@@ -88,6 +91,7 @@ class ContextRenderer : public Renderer {
   // Nothing is in use any more.
   void TrimCaches() {
     scenes_.Trim();
+    views_.Trim();
     lights_.light_data.Trim();
     lights_.ray_scenes.Trim();
     lights_.mesh_levels.Trim();
@@ -112,7 +116,7 @@ class ContextRenderer : public Renderer {
       ASSIGN_OR_RETURN(on_context, SceneOnContext::Create(draw, scene));
     }
     const double upload_ms = stopwatch.Milliseconds();
-    auto result = DrawFrame(draw, ltc_, scene_name, scene, request, decoder_, *on_context, lights_);
+    auto result = DrawFrame(draw, ltc_, scene_name, scene, request, decoder_, *on_context, lights_, views_);
     scenes_.Keep(SceneKey(scene_name), on_context);  // it may have grown
     RETURN_IF_ERROR(result.status());
     result->report.upload_ms += upload_ms;
@@ -130,6 +134,7 @@ class ContextRenderer : public Renderer {
   gl::ObjectCache<SceneOnContext> scenes_;
   LightCaches lights_;
   LightStore* light_store_;
+  gl::ObjectCache<SeenView> views_;
 };
 
 }  // namespace

@@ -63,6 +63,7 @@ class LightStore {
 struct ContextMemory {
   uint64_t scene_bytes = 1ull << 30;         // buffers and textures of scenes
   uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights
+  uint64_t view_bytes = 256ull << 20;        // what cameras saw
   uint64_t ray_scene_bytes = 512ull << 20;   // triangles and hierarchies that rays are traced in
   uint64_t mesh_level_bytes = 64ull << 20;   // dense meshes with fewer triangles
   LightStore* light_store = nullptr;         // outlives the renderer; null: light data is built by every context

@@ -57,6 +57,10 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
                  "shadow maps and other light data in GL memory, of all contexts together")
       ->check(CLI::Range(1, 1 << 30))
       ->capture_default_str();
+  app.add_option("--view-cache-mb", options.view_cache_mb,
+                 "what cameras saw, for lights that move before them, of all contexts together")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
   app.add_option("--result-cache-mb", options.result_cache_mb, "encoded replies, for identical requests; 0: none")
       ->check(CLI::Range(0, 1 << 30))
       ->capture_default_str();

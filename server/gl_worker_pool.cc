@@ -11,6 +11,7 @@ absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queu
   const uint64_t contexts = uint64_t(options.contexts);
   const ContextMemory memory = {.scene_bytes = (options.gl_scene_mb << 20) / contexts,
                                 .light_data_bytes = (options.light_cache_mb << 20) / contexts,
+                                .view_bytes = (options.view_cache_mb << 20) / contexts,
                                 .light_store = light_store};
   const RendererFactory factory = options.renderer_factory
                                       ? options.renderer_factory

@@ -19,6 +19,7 @@ struct ServerOptions {
   uint64_t scene_cache_mb = 1024;
   uint64_t gl_scene_mb = 1024;     // scenes in GL memory, the contexts' equal shares together
   uint64_t light_cache_mb = 512;   // light data in GL memory, likewise
+  uint64_t view_cache_mb = 256;    // what cameras saw, likewise
   uint64_t result_cache_mb = 256;  // replies as they were encoded; 0: none is kept
   gl::ContextOptions gl;
   int contexts = 1;

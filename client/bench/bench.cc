@@ -166,8 +166,8 @@ void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_erro
       if (!curve.failure.empty()) continue;
       const auto measure = [&]() -> absl::Status {
         RETURN_IF_ERROR(base.status());
-        ASSIGN_OR_RETURN(const Shot shot, Shoot(client, VisibilityRequest(step.bench_case, step.settings[i].options,
-                                                                          v1::CACHE_MODE_REFRESH)));
+        ASSIGN_OR_RETURN(const Shot shot,
+                         Shoot(client, VisibilityRequest(step.bench_case, step.settings[i], v1::CACHE_MODE_REFRESH)));
         if (repetition > 0) cpu_ms[i].push_back(shot.report.timing().cpu_ms());
         if (repetition > 0 || !measures_error) return absl::OkStatus();
         ASSIGN_OR_RETURN(const ImageError error, Compare(base->truth.reference, shot.visibility, &base->truth.mask));
@@ -210,7 +210,7 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
       if (!row.failure.empty()) continue;
       progress.Show(bench_case.name.c_str(),
                     double(repetition * settings.size() + i) / double((effort.repetitions + 1) * settings.size()));
-      auto cold = Shoot(client, VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_REFRESH));
+      auto cold = Shoot(client, VisibilityRequest(bench_case, settings[i], v1::CACHE_MODE_REFRESH));
       if (!cold.ok()) {
         row.failure = cold.status().ToString();
         continue;
@@ -222,7 +222,7 @@ absl::StatusOr<CaseResult> MeasureCase(Client& client, const Case& bench_case, c
         Add(cold->report, &samples[i]);
       }
       if (!effort.measures_warm) continue;
-      v1::RenderRequest moved = VisibilityRequest(bench_case, settings[i].options, v1::CACHE_MODE_USE);
+      v1::RenderRequest moved = VisibilityRequest(bench_case, settings[i], v1::CACHE_MODE_USE);
       MoveCamera(repetition + 1, &moved);
       const auto warm = Shoot(client, moved);
       if (warm.ok() && repetition > 0) samples[i].warm_cpu_ms.push_back(warm->report.timing().cpu_ms());

@@ -26,6 +26,7 @@ struct Setting {
   std::string method;  // "multi_map"
   std::string label;   // "k=64 map_size=1024"
   v1::Method options;
+  double max_error = 0;   // of the budget; 0: none
   std::string family;     // whose curve of error against cost it is a point of: "ray adaptive"
   int filter_radius = 0;  // pixels; of visibility along surfaces, in this process (renderer/image/surface_filter.h)
 };

@@ -19,6 +19,12 @@ v1::RenderRequest VisibilityRequest(const Case& bench_case, const v1::Method& me
   return request;
 }
 
+v1::RenderRequest VisibilityRequest(const Case& bench_case, const Setting& setting, v1::CacheMode cache) {
+  v1::RenderRequest request = VisibilityRequest(bench_case, setting.options, cache);
+  if (setting.max_error > 0) request.mutable_budget()->set_max_error(setting.max_error);
+  return request;
+}
+
 absl::StatusOr<Shot> Shoot(Client& client, const v1::RenderRequest& request) {
   ASSIGN_OR_RETURN(v1::RenderResponse response, client.Render(request, nullptr));
   Shot shot;

@@ -14,6 +14,7 @@ struct Shot {
 
 // VISIBILITY of the case's lights, as raw floats.
 v1::RenderRequest VisibilityRequest(const Case& bench_case, const v1::Method& method, v1::CacheMode cache);
+v1::RenderRequest VisibilityRequest(const Case& bench_case, const Setting& setting, v1::CacheMode cache);
 
 absl::StatusOr<Shot> Shoot(Client& client, const v1::RenderRequest& request);
 

@@ -35,7 +35,8 @@ absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>
                                                   const std::vector<std::string>& methods) {
   std::vector<Setting> settings;
   for (const SettingText& text : texts) {
-    if (std::find(methods.begin(), methods.end(), text.method) == methods.end()) continue;
+    const bool is_there = std::find(methods.begin(), methods.end(), text.method) != methods.end();
+    if (!is_there && std::string(text.method) != "auto") continue;
     Setting& setting = settings.emplace_back();
     setting.method = text.method;
     setting.label = absl::StrJoin(text.options, " ");
@@ -52,6 +53,10 @@ absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>
     for (const std::string& option : text.options) {
       const size_t equals = option.find('=');
       const std::string key = option.substr(0, equals);
+      if (key == "max_error") {  // of the request's budget
+        setting.max_error = std::stod(option.substr(equals + 1));
+        continue;
+      }
       const auto* option_field = options->GetDescriptor()->FindFieldByName(key);
       if (option_field == nullptr) return absl::InternalError(absl::StrCat(text.method, " has no option ", key));
       RETURN_IF_ERROR(SetFieldFromText(options, *option_field, key, option.substr(equals + 1)));
@@ -98,6 +103,10 @@ const std::vector<SettingText>& FullSettings() {
       {"shaft", {"rows=16"}},
       {"shaft", {"rows=32"}},
       {"shaft", {"rows=64"}},
+      {"auto", {"max_error=0.03"}},
+      {"auto", {"max_error=0.01"}},
+      {"auto", {"max_error=0.005"}},
+      {"auto", {"max_error=0.002"}},
   };
   return settings;
 }
@@ -120,6 +129,8 @@ const std::vector<SettingText>& QuickSettings() {
       {"shaft", {"rows=8"}},
       {"shaft", {"rows=16"}},
       {"shaft", {"rows=64"}},
+      {"auto", {"max_error=0.01"}},
+      {"auto", {"max_error=0.002"}},
   };
   return settings;
 }

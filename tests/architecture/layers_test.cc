@@ -25,7 +25,7 @@ struct Room {
 
 // What the whole renderer, server and client speak.
 const Strings kVocabulary = {"renderer/status.h", "renderer/request.h", "renderer/method_options.h",
-                             "renderer/report.h"};
+                             "renderer/report.h", "renderer/cache_key.h"};
 
 // In the order of design: nothing flows back up. Tests may include anything.
 const std::vector<Room> kRooms = {
@@ -53,6 +53,7 @@ const std::vector<Room> kRooms = {
     {"renderer/frame.",
      {"renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/", "renderer/shade/",
       "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
+    {"renderer/seen_view.", {"renderer/light/", "renderer/shade/"}},
     {"renderer/light_view.", {"renderer/light/", "renderer/plan/", "renderer/shade/"}},
     {"renderer/soft_shadow_map.", {"renderer/image/", "renderer/plan/", "renderer/shadow/finish_visibility.h"}},
     {"renderer/renderer.",
@@ -65,6 +66,7 @@ const std::vector<Room> kRooms = {
      {"renderer/gl/", "renderer/light/", "renderer/plan/", "renderer/scene/", "renderer/shadow/shadow_method.h"}},
     {"renderer/query.", {"renderer/light/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
     {"renderer/warm_up.", {"renderer/scene/flat_scene.h"}},
+    {"renderer/cache_key.h", {}},
     {"renderer/method_options.h", {}},
     {"renderer/request.h", {}},
     {"renderer/report.h", {}},
@@ -96,9 +98,9 @@ const std::vector<Foreign> kForeign = {
     // Rooms that are tested without a context see no GL.
     {{"glad/", "EGL/", "GL/"},
      {"renderer/gl/", "renderer/scene/scene_on_context", "renderer/light/", "renderer/shadow/", "renderer/shade/",
-      "renderer/renderer.", "renderer/frame.", "renderer/light_layers.", "renderer/light_view.", "renderer/passes.",
-      "renderer/prepare_light.", "renderer/query.", "renderer/soft_shadow_map.", "renderer/warm_up.", "server/",
-      "client/"}},
+      "renderer/renderer.", "renderer/frame.", "renderer/light_layers.", "renderer/light_view.", "renderer/seen_view.",
+      "renderer/passes.", "renderer/prepare_light.", "renderer/query.", "renderer/soft_shadow_map.",
+      "renderer/warm_up.", "server/", "client/"}},
     {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
     {{"tbb/"},
      {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles", "renderer/shadow/pdsm/"}},

@@ -49,16 +49,17 @@ TEST(FlagsTest, BoundsOfTheStoreAndTheCachesHoldOnBothSides) {
   };
   const Case cases[] = {{"--scene-store-mb", "1", "1073741824", "0", "1073741825"},
                         {"--scene-cache-mb", "1", "1073741824", "0", "1073741825"},
+                        {"--view-cache-mb", "1", "1073741824", "0", "1073741825"},
                         {"--result-cache-mb", "0", "1073741824", "-1", "1073741825"},
                         {"--max-unfinished-uploads", "1", "1048576", "0", "1048577"}};
   for (const Case& c : cases) {
     for (const std::string& value : {c.smallest, c.largest}) {
       ServerOptions options;
       EXPECT_EQ(Parse(c.flag, value.c_str(), &options), -1) << c.flag << " " << value;
-      const bool is_set = std::to_string(options.scene_store_mb) == value ||
-                          std::to_string(options.scene_cache_mb) == value ||
-                          std::to_string(options.result_cache_mb) == value ||
-                          std::to_string(options.limits.unfinished_uploads) == value;
+      const bool is_set =
+          std::to_string(options.scene_store_mb) == value || std::to_string(options.scene_cache_mb) == value ||
+          std::to_string(options.result_cache_mb) == value || std::to_string(options.view_cache_mb) == value ||
+          std::to_string(options.limits.unfinished_uploads) == value;
       EXPECT_TRUE(is_set) << c.flag << " " << value;
     }
     for (const std::string& value : {c.below, c.above, std::string("x")}) {
