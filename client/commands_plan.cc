@@ -4,7 +4,6 @@
 
 #include "client/session.h"
 #include "renderer/status.h"
-#include "server/scene_name.h"
 
 namespace halfshade {
 namespace {
@@ -33,17 +32,11 @@ std::string ToText(const v1::RenderReport& plan) {
 
 absl::Status RunPlan(const GlobalFlags& global, const RenderFlags& flags) {
   ASSIGN_OR_RETURN(PreparedRender job, PrepareRender(flags));
-  const bool is_file = !IsSceneName(job.request.scene());
-  SceneFiles files;
-  if (is_file) {
-    ASSIGN_OR_RETURN(files, ReadSceneFiles(job.request.scene()));
-    job.request.set_scene(files.name);
-  }
+  ASSIGN_OR_RETURN(const std::unique_ptr<SceneFiles> files, TakeSceneFiles(&job.request));
   ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
   v1::PlanRenderRequest request;
   *request.mutable_request() = job.request;
-  ASSIGN_OR_RETURN(const v1::PlanRenderResponse response,
-                   session->client().PlanRender(request, is_file ? &files : nullptr));
+  ASSIGN_OR_RETURN(const v1::PlanRenderResponse response, session->client().PlanRender(request, files.get()));
   return Print(global.wants_json ? ToJson(response.plan(), /*with_defaults=*/true) : ToText(response.plan()));
 }
 

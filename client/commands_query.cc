@@ -7,7 +7,6 @@
 #include "client/points_file.h"
 #include "client/session.h"
 #include "renderer/status.h"
-#include "server/scene_name.h"
 
 namespace halfshade {
 namespace {
@@ -32,15 +31,9 @@ absl::Status RunQuery(const GlobalFlags& global, const RenderFlags& flags, const
   *query.mutable_request() = job.request;
   query.set_points(std::move(packed.points));
   query.set_normals(std::move(packed.normals));
-  const bool is_file = !IsSceneName(job.request.scene());
-  SceneFiles files;
-  if (is_file) {
-    ASSIGN_OR_RETURN(files, ReadSceneFiles(job.request.scene()));
-    query.mutable_request()->set_scene(files.name);
-  }
+  ASSIGN_OR_RETURN(const std::unique_ptr<SceneFiles> files, TakeSceneFiles(query.mutable_request()));
   ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
-  ASSIGN_OR_RETURN(const v1::QueryVisibilityResponse response,
-                   session->client().QueryVisibility(query, is_file ? &files : nullptr));
+  ASSIGN_OR_RETURN(const v1::QueryVisibilityResponse response, session->client().QueryVisibility(query, files.get()));
   const std::vector<std::vector<float>> values = Unpack(response, points);
   if (global.wants_json) {
     nlohmann::ordered_json json;

@@ -39,9 +39,8 @@ std::string Summary(const std::string& path, const v1::RenderResponse& response,
 
 absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command) {
   ASSIGN_OR_RETURN(PreparedRender job, PrepareRender(command.flags));
-  const bool is_file = !IsSceneName(job.request.scene());
   if (command.prints_request) {
-    if (is_file) RETURN_IF_ERROR(CheckInputFile(job.request.scene()));
+    if (!IsSceneName(job.request.scene())) RETURN_IF_ERROR(CheckInputFile(job.request.scene()));
     return Print(ToJson(job.request, /*with_defaults=*/false));
   }
   if (job.files.empty() && !global.wants_json) {
@@ -50,14 +49,9 @@ absl::Status RunRender(const GlobalFlags& global, const RenderCommand& command) 
   for (const std::string& path : job.files) {
     if (!path.empty()) RETURN_IF_ERROR(CheckCanWrite(path));
   }
-  SceneFiles files;
-  if (is_file) {
-    ASSIGN_OR_RETURN(files, ReadSceneFiles(job.request.scene()));
-    job.request.set_scene(files.name);
-  }
+  ASSIGN_OR_RETURN(const std::unique_ptr<SceneFiles> files, TakeSceneFiles(&job.request));
   ASSIGN_OR_RETURN(const std::unique_ptr<Session> session, Session::Open(global));
-  ASSIGN_OR_RETURN(const v1::RenderResponse response,
-                   session->client().Render(job.request, is_file ? &files : nullptr));
+  ASSIGN_OR_RETURN(const v1::RenderResponse response, session->client().Render(job.request, files.get()));
   if (!job.files.empty()) RETURN_IF_ERROR(WriteImages(response, job.files));
   for (size_t i = 0; i < job.files.size(); ++i) {
     if (job.files[i].empty()) continue;

@@ -166,4 +166,11 @@ absl::StatusOr<SceneFiles> ReadSceneFiles(const std::string& path) {
   return scene;
 }
 
+absl::StatusOr<std::unique_ptr<SceneFiles>> TakeSceneFiles(v1::RenderRequest* request) {
+  if (IsSceneName(request->scene())) return nullptr;
+  ASSIGN_OR_RETURN(SceneFiles files, ReadSceneFiles(request->scene()));
+  request->set_scene(files.name);
+  return std::make_unique<SceneFiles>(std::move(files));
+}
+
 }  // namespace halfshade

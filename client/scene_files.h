@@ -5,8 +5,11 @@
 
 #include <absl/status/statusor.h>
 
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "halfshade/v1/render.pb.h"
 
 namespace halfshade {
 
@@ -26,5 +29,9 @@ struct SceneFiles {
 // ("/buffers/0/uri: ../../etc/passwd: outside the scene's folder"), or of an .obj that cannot be read as one.
 // A root whose JSON cannot be read names no files: the server will say what is wrong with it.
 absl::StatusOr<SceneFiles> ReadSceneFiles(const std::string& path);
+
+// Where the request's scene is a file: its files, and the request gets the scene's name. Null where it is a name
+// already.
+absl::StatusOr<std::unique_ptr<SceneFiles>> TakeSceneFiles(v1::RenderRequest* request);
 
 }  // namespace halfshade

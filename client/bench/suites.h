@@ -18,12 +18,12 @@ struct Suite {
   std::string judged;  // Results::judged
 };
 
-// "quick": four classes under one light, a minute on two cores. "full": all classes under lights of .05, .2
-// and .5 of the occluders' extent, the views of `scene_folder` (a folder with scenes/ and views/; "" for none), and
-// curves of cost. "sssm": the tables of Buades et al. 2015, two lights on leaves, and trees of `scene_folder`. "ssm":
-// errors on receivers alone, and the trends of Atty et al. 2006 as curves. "pdsm": the forms of attenuation functions,
-// and curves in k and in both sizes. "shaft": its cost beside the cheapest rival's at equal error, on all classes and
-// six views, and what its cost grows with. `methods`: those that the server has; others are left out.
+// "quick": four classes under one light, two minutes on two cores. "full": all classes under lights of .05, .2 and .5
+// of the occluders' extent, the views of `scene_folder` (a folder with scenes/ and views/; "" for none), and curves of
+// cost. "sssm": the tables of Buades et al. 2015, two lights on leaves, and trees. "ssm": errors on receivers alone,
+// and the trends of Atty et al. 2006 as curves. "pdsm": the forms of attenuation functions, and curves in k and both
+// sizes. "shaft": its cost beside the cheapest rival's at equal error, on all classes and six views, and what it grows
+// with. `methods`: those that the server has; others are left out.
 absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::string>& methods,
                                 const std::string& scene_folder);
 
