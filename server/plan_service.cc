@@ -64,10 +64,7 @@ class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_share
     }
     spdlog::log(absl::IsInternal(status) ? spdlog::level::err : spdlog::level::info, "{} PlanRender {}", id_,
                 status.ToString());
-    if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
-      context_->AddTrailingMetadata(kPushbackKey, pushback);
-    }
-    Finish(ToGrpcStatus(status, id_));
+    Finish(EndOfCall(status, id_, context_));
   }
 
   RenderPlant* const plant_;

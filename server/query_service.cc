@@ -119,10 +119,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
     ++plant_->renders_failed;
     spdlog::log(absl::IsInternal(status) ? spdlog::level::err : spdlog::level::info, "{} QueryVisibility {}", id_,
                 status.ToString());
-    if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
-      context_->AddTrailingMetadata(kPushbackKey, pushback);
-    }
-    Finish(ToGrpcStatus(status, id_));
+    Finish(EndOfCall(status, id_, context_));
   }
 
   uint64_t JobId() const { return uint64_t(reinterpret_cast<uintptr_t>(this)); }

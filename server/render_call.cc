@@ -75,10 +75,7 @@ void RenderCall::Fail(const absl::Status& status) {
   } else {
     spdlog::info("{} {} {}", request_id_, rpc_, status.ToString());
   }
-  if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
-    context_->AddTrailingMetadata(kPushbackKey, pushback);
-  }
-  FinishRpc(ToGrpcStatus(status, request_id_));
+  FinishRpc(EndOfCall(status, request_id_, context_));
 }
 
 bool RenderCall::ClaimSuccess() {
@@ -137,14 +134,13 @@ void RenderCall::Prepare() {
       return;
     }
   }
-  Enqueue();
-  OnQueued(ToProto(*plan));
+  if (Enqueue()) OnQueued(ToProto(*plan));
 }
 
-void RenderCall::Enqueue() {
+bool RenderCall::Enqueue() {
   if (gave_up_ && !IsAwaited()) {
     LeaveResults();
-    return;
+    return false;
   }
   RenderJob job;
   job.id = id();
@@ -152,7 +148,9 @@ void RenderCall::Enqueue() {
   if (const absl::Status status = plant_->queue->Push(std::move(job), deadline_ - SystemClock::now()); !status.ok()) {
     LeaveResults();
     Fail(status);
+    return false;
   }
+  return true;
 }
 
 void RenderCall::Draw(WorkerRenderer& worker) {

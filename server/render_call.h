@@ -79,7 +79,7 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   virtual void FinishRpc(const grpc::Status& status) = 0;
 
   void Prepare();  // on the CPU pool
-  void Enqueue();  // there, or where the call takes the lead of its like
+  bool Enqueue();  // there, or where the call takes the lead of its like; false: the call has ended
   void Reuse(const v1::RenderResponse& reply);
   void Draw(WorkerRenderer& worker);  // on a GL thread
   void EncodeAndDeliver();            // on the encode pool

@@ -24,10 +24,7 @@ absl::Status CheckDigest(const std::string& field, const std::string& digest) {
 grpc::Status Finished(const char* rpc, grpc::CallbackServerContext* context, const absl::Status& status) {
   const std::string id = NextRequestId();
   if (!status.ok()) spdlog::info("{} {} {}", id, rpc, status.ToString());
-  if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
-    context->AddTrailingMetadata(kPushbackKey, pushback);
-  }
-  return ToGrpcStatus(status, id);
+  return EndOfCall(status, id, context);
 }
 
 // Runs `work` on the pool and finishes the call with what it returns.

@@ -11,6 +11,14 @@ grpc::Status ToGrpcStatus(const absl::Status& status, const std::string& request
   return grpc::Status(static_cast<grpc::StatusCode>(status.code()), message);
 }
 
+grpc::Status EndOfCall(const absl::Status& status, const std::string& request_id,
+                       grpc::CallbackServerContext* context) {
+  if (const std::string pushback = PushbackMs(status); !pushback.empty()) {
+    context->AddTrailingMetadata(kPushbackKey, pushback);
+  }
+  return ToGrpcStatus(status, request_id);
+}
+
 absl::Status ComeBackLater(const std::string& message, std::chrono::milliseconds pause) {
   absl::Status status = absl::ResourceExhaustedError(message);
   status.SetPayload(kPushbackKey, absl::Cord(std::to_string(pause.count())));
