@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <map>
-#include <sstream>
 #include <utility>
 
+#include "renderer/budget.h"
 #include "renderer/certify.h"
 #include "renderer/light/cpu_receivers.h"
 #include "renderer/light_layers.h"
@@ -377,28 +376,6 @@ class Frame {
   double certify_ms_ = 0;  // stands in the passes alone: it is no stage of the picture
   RenderReport report_;
 };
-
-std::string Decimal(double value) {
-  std::ostringstream text;
-  text << std::setprecision(3) << value;
-  return text.str();
-}
-
-// How a picture broke its budget; empty: it did not. What is measured counts by its interval; where that reaches over
-// the bound on both sides, what is predicted decides.
-std::string FindBreach(const ErrorReport& error, const Budget& budget) {
-  if (!budget.max_error) return "";
-  const std::string over = Decimal(*budget.max_error) + "; the error is ";
-  if (error.measured) {
-    const double measured = *error.measured, ci95 = error.ci95.value_or(0);
-    if (measured + ci95 <= *budget.max_error) return "";
-    if (measured - ci95 > *budget.max_error || !error.predicted) {
-      return over + Decimal(measured) + " +- " + Decimal(ci95) + " as measured";
-    }
-  }
-  if (!error.predicted || *error.predicted <= *budget.max_error) return "";
-  return over + Decimal(*error.predicted) + " as predicted";
-}
 
 }  // namespace
 

@@ -59,6 +59,7 @@ const std::vector<Room> kRooms = {
     {"renderer/renderer.",
      {"renderer/gl/", "renderer/image/", "renderer/light/", "renderer/math/", "renderer/plan/", "renderer/scene/",
       "renderer/shade/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
+    {"renderer/budget.", {}},
     {"renderer/certify.", {"renderer/image/image.h", "renderer/light/", "renderer/scene/ray_scene.h"}},
     {"renderer/light_layers.", {"renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
     {"renderer/passes.", {"renderer/gl/"}},

@@ -16,9 +16,9 @@ namespace {
 
 using testing::HasSubstr;
 
-class BudgetTest : public testing::Test {
+class DrawnBudgetTest : public testing::Test {
  protected:
-  BudgetTest() {
+  DrawnBudgetTest() {
     const MadeScene made = MakeScene("S5", {.light_share = 0.2});
     scene_ = MakeFlatScene(made.meshes);
     request_ = RequestFor(made);
@@ -35,7 +35,7 @@ class BudgetTest : public testing::Test {
   RenderRequest request_;
 };
 
-TEST_F(BudgetTest, AMethodThatWasAskedForIsRefusedWithTheErrorThatItHas) {
+TEST_F(DrawnBudgetTest, AMethodThatWasAskedForIsRefusedWithTheErrorThatItHas) {
   request_.method = RayOptions{.rays = 16};
   request_.budget.max_error = 0.1;
   EXPECT_OK(Render());
@@ -48,7 +48,7 @@ TEST_F(BudgetTest, AMethodThatWasAskedForIsRefusedWithTheErrorThatItHas) {
   EXPECT_THAT(Render(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr(" as measured, by pcss")));
 }
 
-TEST_F(BudgetTest, AMethodThatWasChosenIsDrawnAgainUntilItsErrorIsMet) {
+TEST_F(DrawnBudgetTest, AMethodThatWasChosenIsDrawnAgainUntilItsErrorIsMet) {
   request_.is_auto = true;
   request_.method_reason = "chosen";
   request_.method = RayOptions{.rays = 16};
@@ -68,7 +68,7 @@ TEST_F(BudgetTest, AMethodThatWasChosenIsDrawnAgainUntilItsErrorIsMet) {
 }
 
 // Straight edges, where stratified rays are luckier than their estimate, may be told too large; nothing too small.
-TEST_F(BudgetTest, RaysTellTheirErrorWithinAFactorOfTwoBesideCurvesAndLeavesAndNowhereTooSmall) {
+TEST_F(DrawnBudgetTest, RaysTellTheirErrorWithinAFactorOfTwoBesideCurvesAndLeavesAndNowhereTooSmall) {
   for (const char* name : {"S1", "S2", "S3", "S5", "S6"}) {
     const MadeScene made = MakeScene(name, {.triangles = std::string(name) == "S6" ? 20000u : 0u, .light_share = 0.2});
     scene_ = MakeFlatScene(made.meshes);
