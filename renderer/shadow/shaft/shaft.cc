@@ -125,15 +125,17 @@ class Resolve {
 
   // A sample of the tiles with the fewest rows says how far those are off, and so how many are wanted.
   absl::Status ChooseRows(const TileFiller& filler) {
-    constexpr int kEvery = 16;
+    constexpr int kMostEvery = 16, kLeastTiles = 48;
+    const int every = std::clamp(filler.count() / kLeastTiles, 1, kMostEvery);
     rows_ = kFewestRows;
-    if (receivers_.size() < size_t(kEvery) * Tile::kMost) {
+    if (receivers_.size() < size_t(kMostEvery) * Tile::kMost) {
       rows_ = kRowsOfFewReceivers;
       return absl::OkStatus();
     }
-    // Every column and row of tiles has its share: 5 is prime to 16.
+    // Every column and row of tiles has its share: 11 is prime to all but itself. Of small pictures more than a 16th is
+    // taken.
     RETURN_IF_ERROR(ForEachTile(
-        filler.count() / kEvery, [&](int i) { ResolveTileOf(filler, (i * kEvery) + (i * 5) % kEvery, kFewestRows); },
+        filler.count() / every, [&](int i) { ResolveTileOf(filler, (i * every) + (i * 11) % every, kFewestRows); },
         stop_));
     double sum = 0;
     uint64_t count = 0;
@@ -142,7 +144,7 @@ class Resolve {
       sum += errors_[i];
       ++count;
     }
-    const double error = count == 0 ? 0 : sum / double(count);
+    const double error = count == 0 ? 0 : sum / double(count) / kExcessOfFewestRows;
     const int most_rows = data_.masks.empty() ? kMostRowsChosen : kMostRowsOfMasks;
     while (rows_ < most_rows && error * std::pow(double(rows_) / kFewestRows, -kErrorRate) > options_.max_error) {
       rows_ *= 2;
@@ -154,6 +156,8 @@ class Resolve {
     return absl::OkStatus();
   }
 
+  // Of the estimate of so few rows: 1.2 to 3.4 times the truth on the scenes of auto_gl_test, 1.4 on leaves.
+  static constexpr double kExcessOfFewestRows = 1.4;
   static constexpr int kFewestRows = 8, kMostRowsChosen = 64, kRowsOfFewReceivers = 16;
   static constexpr int kMostRowsOfMasks = 16;  // they are asked at every sample: their cost grows with the rows
   static constexpr float kShadowed = 1.0f / 512;
