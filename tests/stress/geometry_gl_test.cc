@@ -259,15 +259,7 @@ TEST_P(GeometryStressTest, TwoSetsOfOccludersHideNoMoreThanTheirSumAndNoLessThan
     view.camera = LookDown(0.3, 4);  // below the occluders: the plane alone
     return Render(view);
   };
-  const Image of_a = occlusion({a}), of_b = occlusion({b}), of_both = occlusion({a, b});
-  double over = 0, under = 0;
-  for (size_t i = 0; i < of_both.size(); ++i) {
-    const double oa = 1 - of_a.data()[i], ob = 1 - of_b.data()[i], both = 1 - of_both.data()[i];
-    over = std::max(over, both - std::min(1.0, oa + ob));
-    under = std::max(under, std::max(oa, ob) - both);
-  }
-  Row("sets of occluders", of_both.size() > 0 && over <= 0.01 && under <= 0.01,
-      "over the sum " + std::to_string(over) + ", under the larger " + std::to_string(under));
+  SetsOfOccluders(occlusion({a}), occlusion({b}), occlusion({a, b}));
 }
 
 }  // namespace

@@ -131,22 +131,7 @@ TEST_P(NumericalStressTest, TheMeanOfSubLightsIsTheLightAndComesNearerToTheTruth
   }
 }
 
-TEST_P(NumericalStressTest, ALargerLightHasNoLargerUmbraAndNoSmallerPenumbra) {
-  size_t last_umbra = size_t(kStressSize) * kStressSize, last_penumbra = 0;
-  bool holds = true;
-  std::string figure;
-  for (const double size : {0.05, 0.2, 0.8, 1.6}) {
-    const Image v = Render(Still(size));
-    const size_t umbra = size_t(std::count_if(v.data(), v.data() + v.size(), [](float x) { return x <= 1.0f / 512; }));
-    const size_t penumbra = size_t(
-        std::count_if(v.data(), v.data() + v.size(), [](float x) { return x > 1.0f / 512 && x < 1 - 1.0f / 512; }));
-    holds = holds && umbra <= last_umbra && penumbra >= last_penumbra;
-    figure += std::to_string(umbra) + "/" + std::to_string(penumbra) + " ";
-    last_umbra = umbra;
-    last_penumbra = penumbra;
-  }
-  Row("growing light", holds, "umbra/penumbra pixels " + figure);
-}
+TEST_P(NumericalStressTest, ALargerLightHasNoLargerUmbraAndNoSmallerPenumbra) { LightGrows(); }
 
 TEST_P(NumericalStressTest, ATinyLightIsAPointButForItsSilhouettes) {
   const Difference d = Between(Render(Still(0)), Render(Still(3e-7)), 1e-3);

@@ -66,20 +66,7 @@ TEST_P(SoftShadowMapStressTest, TheLightsAxesChangeNothing) {
 }
 
 TEST_P(SoftShadowMapStressTest, LightsOfEverySizeAreInRangeAndGrowAsLightsDo) {
-  size_t last_umbra = size_t(kStressSize) * kStressSize, last_penumbra = 0;
-  bool holds = true;
-  std::string figure;
-  for (const double size : {0.05, 0.2, 0.8, 1.6}) {
-    const Image v = Render(Still(size));
-    const auto umbra = size_t(std::count_if(v.data(), v.data() + v.size(), [](float x) { return x <= 1.0f / 512; }));
-    const auto penumbra = size_t(
-        std::count_if(v.data(), v.data() + v.size(), [](float x) { return x > 1.0f / 512 && x < 1 - 1.0f / 512; }));
-    holds = holds && umbra <= last_umbra && penumbra >= last_penumbra;
-    figure += std::to_string(umbra) + "/" + std::to_string(penumbra) + " ";
-    last_umbra = umbra;
-    last_penumbra = penumbra;
-  }
-  Row("growing light", holds, "umbra/penumbra pixels " + figure);
+  LightGrows();
   const Difference d = Between(Render(Still(0)), Render(Still(3e-7)), 1e-3);
   Row("tiny light", d.is_finite && d.share_over <= 0.01, Text(d));
   for (const glm::dvec2 size : {glm::dvec2(1, 0), glm::dvec2(0, 1), glm::dvec2(0, 0), glm::dvec2(1, 1e-3)}) {
@@ -136,15 +123,7 @@ TEST_P(SoftShadowMapStressTest, TwoSetsOfOccludersHideNoMoreThanTheirSumAndNoLes
     view.camera = LookDown(0.3, 4);
     return Render(view);
   };
-  const Image of_a = occlusion({a}), of_b = occlusion({b}), of_both = occlusion({a, b});
-  double over = 0, under = 0;
-  for (size_t i = 0; i < of_both.size(); ++i) {
-    const double oa = 1 - of_a.data()[i], ob = 1 - of_b.data()[i], both = 1 - of_both.data()[i];
-    over = std::max(over, both - std::min(1.0, oa + ob));
-    under = std::max(under, std::max(oa, ob) - both);
-  }
-  Row("sets of occluders", of_both.size() > 0 && over <= 0.01 && under <= 0.01,
-      "over the sum " + std::to_string(over) + ", under the larger " + std::to_string(under));
+  SetsOfOccluders(occlusion({a}), occlusion({b}), occlusion({a, b}));
 }
 
 }  // namespace

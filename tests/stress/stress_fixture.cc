@@ -174,6 +174,34 @@ void StressTest::Row(const std::string& row, bool holds, const std::string& figu
   if (!holds && failure.empty()) failure = figure;
 }
 
+void StressTest::LightGrows() {
+  size_t last_umbra = size_t(kStressSize) * kStressSize, last_penumbra = 0;
+  bool holds = true;
+  std::string figure;
+  for (const double size : {0.05, 0.2, 0.8, 1.6}) {
+    const Image v = Render(Still(size));
+    const size_t umbra = size_t(std::count_if(v.data(), v.data() + v.size(), [](float x) { return x <= 1.0f / 512; }));
+    const size_t penumbra = size_t(
+        std::count_if(v.data(), v.data() + v.size(), [](float x) { return x > 1.0f / 512 && x < 1 - 1.0f / 512; }));
+    holds = holds && umbra <= last_umbra && penumbra >= last_penumbra;
+    figure += std::to_string(umbra) + "/" + std::to_string(penumbra) + " ";
+    last_umbra = umbra;
+    last_penumbra = penumbra;
+  }
+  Row("growing light", holds, "umbra/penumbra pixels " + figure);
+}
+
+void StressTest::SetsOfOccluders(const Image& of_a, const Image& of_b, const Image& of_both) {
+  double over = 0, under = 0;
+  for (size_t i = 0; i < of_both.size(); ++i) {
+    const double oa = 1 - of_a.data()[i], ob = 1 - of_b.data()[i], both = 1 - of_both.data()[i];
+    over = std::max(over, both - std::min(1.0, oa + ob));
+    under = std::max(under, std::max(oa, ob) - both);
+  }
+  Row("sets of occluders", of_both.size() > 0 && over <= 0.01 && under <= 0.01,
+      "over the sum " + std::to_string(over) + ", under the larger " + std::to_string(under));
+}
+
 void StressTest::TearDown() {
   for (const auto& [row, failure] : failures_) {
     const auto cannot = WhatMethodsCannot().find(row + "/" + GetParam().name);

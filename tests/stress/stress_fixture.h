@@ -57,6 +57,10 @@ class StressTest : public testing::TestWithParam<TestMethod> {
   // Prints a figure of a row. A row holds when all of its figures do; it must, unless kCannot (stress_fixture.cc) names
   // it with this method: then it must not.
   void Row(const std::string& row, bool holds, const std::string& figure);
+  // Rows of the table that tests of other methods ask too. Pixels in umbra and penumbra while the light grows:
+  void LightGrows();
+  // What two sets of occluders hide apart and together: at least the larger, at most the sum, by .01.
+  void SetsOfOccluders(const Image& of_a, const Image& of_b, const Image& of_both);
   void TearDown() override;
 
  private:

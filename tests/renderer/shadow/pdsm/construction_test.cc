@@ -214,14 +214,7 @@ TEST(ConstructionTest, UnderAPlateTheHiddenShareIsTheClippedRectangles) {
   for (int y = 0; y < made.grid.size; y += 5) {
     for (int x = 0; x < made.grid.size; x += 5) {
       const glm::dvec2 place = RayOf(made.grid, {x, y}) * receiver_z;
-      // Where the plate's edges stand on the light, seen from the receiver.
-      const auto on_light = [&](double edge, double from) { return (edge * receiver_z - from) / (receiver_z - 1); };
-      double share = 1;
-      for (int axis = 0; axis < 2; ++axis) {
-        const double a = std::clamp(on_light(occluders.plates[0].low[axis], place[axis]), -0.3, 0.3);
-        const double b = std::clamp(on_light(occluders.plates[0].high[axis], place[axis]), -0.3, 0.3);
-        share *= (b - a) / 0.6;
-      }
+      const double share = HiddenByPlate(occluders, place, receiver_z);
       const double value = Evaluate(functions.Function(size_t(y) * made.grid.size + x), float(depth));
       if (share > 0.002) {
         sum += std::abs(value - share);

@@ -108,4 +108,17 @@ MadeMaps DrawMapsFrom(const MadeOccluders& occluders, const std::vector<glm::dve
 
 glm::dvec2 RayOf(const Grid& grid, const glm::ivec2& ray) { return grid.corner + (glm::dvec2(ray) + 0.5) * grid.texel; }
 
+double HiddenByPlate(const MadeOccluders& plate, const glm::dvec2& place, double z) {
+  const double half = plate.light_m / 2;
+  // Where the plate's edges stand on the light, seen from the point.
+  const auto on_light = [&](double edge, double from) { return std::clamp((edge * z - from) / (z - 1), -half, half); };
+  double share = 1;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double a = on_light(plate.plates[0].low[axis], place[axis]);
+    const double b = on_light(plate.plates[0].high[axis], place[axis]);
+    share *= (b - a) / plate.light_m;
+  }
+  return share;
+}
+
 }  // namespace halfshade::pdsm

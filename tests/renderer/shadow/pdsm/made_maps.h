@@ -40,4 +40,7 @@ MadeMaps DrawMapsFrom(const MadeOccluders& occluders, const std::vector<glm::dve
 // The slopes of ray (column, row).
 glm::dvec2 RayOf(const Grid& grid, const glm::ivec2& ray);
 
+// The part of the square light that the plate, at z = 1, hides from a point (x, y, z), z > 1: the closed form.
+double HiddenByPlate(const MadeOccluders& plate, const glm::dvec2& place, double z);
+
 }  // namespace halfshade::pdsm

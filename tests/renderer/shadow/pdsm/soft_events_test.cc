@@ -108,13 +108,7 @@ TEST(SoftEventsTest, UnderAPlateSixteenSamplesDoWhatManyDo) {
     for (int y = 0; y < made.grid.size; y += 3) {
       for (int x = 0; x < made.grid.size; x += 3) {
         const glm::dvec2 place = RayOf(made.grid, {x, y}) * receiver_z;
-        const auto on_light = [&](double edge, double from) { return (edge * receiver_z - from) / (receiver_z - 1); };
-        double share = 1;
-        for (int axis = 0; axis < 2; ++axis) {
-          const double a = std::clamp(on_light(occluders.plates[0].low[axis], place[axis]), -0.3, 0.3);
-          const double b = std::clamp(on_light(occluders.plates[0].high[axis], place[axis]), -0.3, 0.3);
-          share *= (b - a) / 0.6;
-        }
+        const double share = HiddenByPlate(occluders, place, receiver_z);
         if (share < 0.002) continue;
         sum += std::abs(
             Evaluate(functions.Function(size_t(y) * made.grid.size + x), float(made.grid.z_near / receiver_z)) - share);
