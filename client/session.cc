@@ -44,6 +44,7 @@ absl::Status Session::PrepareInProcess(const GlobalFlags& global, ServerOptions*
   spdlog::set_level(spdlog::level::err);
   ASSIGN_OR_RETURN(PrivateFolder store, PrivateFolder::Create());
   options->scene_store_dir = store.path();
+  options->keeps_store = false;
   options->gl.backend = BackendOf(global.gl);
   options->gl.egl_device = global.egl_device;
   options->contexts = global.contexts;

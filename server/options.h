@@ -16,6 +16,7 @@ struct ServerOptions {
   std::string http = "off";     // address of /livez and /readyz, or "off"
   std::string scene_store_dir;  // "": a private temporary folder, removed at the end
   uint64_t scene_store_mb = 4096;
+  bool keeps_store = true;  // after the server's end: else no light data is written there
   uint64_t scene_cache_mb = 1024;
   uint64_t gl_scene_mb = 1024;     // scenes in GL memory, the contexts' equal shares together
   uint64_t light_cache_mb = 512;   // light data in GL memory, likewise

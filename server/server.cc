@@ -93,7 +93,7 @@ class WiredServer final : public Server {
     store_options.max_unfinished = options_.limits.unfinished_uploads;
     ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, store_options));
     // A private folder is gone before anyone comes back to it.
-    if (!options_.scene_store_dir.empty()) {
+    if (!options_.scene_store_dir.empty() && options_.keeps_store) {
       light_data_store_ = std::make_unique<LightDataStore>(store_.get(), &disk_pool_);
     }
     RETURN_IF_ERROR(workers_.Start(options_, &queue_, light_data_store_.get()));

@@ -244,9 +244,9 @@ class LightTracer {
   // for means.
   static float ErrorOf(const Tally& tally) {
     if (tally.above == 0 || (tally.above >= kFirstRays && !tally.IsMixed())) return 0;
-    const double v = double(tally.visible) / tally.above;
+    const double n = tally.above, v = tally.visible / n;
     const double variance = tally.above < kFirstRays ? Variance(tally.visible, tally.above) : v * (1 - v);
-    return float(kMeanErrorRate * std::sqrt(variance) * std::pow(tally.above, -0.75));
+    return float(kMeanErrorRate * std::sqrt(variance / (n * std::sqrt(n))));
   }
 
   const RayScene& scene_;

@@ -150,6 +150,9 @@ TEST_F(GlMemoryTest, TheNextServerOnTheFolderFindsThePdsm) {
   const v1::Pass found = render_anew("pdsm");
   EXPECT_EQ(found.count(), 0u);
   EXPECT_EQ(found.reason(), "from the store");
+  options.keeps_store = false;
+  EXPECT_EQ(render_anew("pdsm").count(), 64u) << "a server of a folder that goes with it neither reads nor writes";
+  options.keeps_store = true;
   server_.reset();
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "light_data")) {
