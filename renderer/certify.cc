@@ -13,7 +13,7 @@
 namespace halfshade {
 namespace {
 
-constexpr float kLit = 1 - 1.0f / 512;  // from here on v is light
+constexpr float kLit = 1 - kPenumbraMargin;  // from here on v is light
 constexpr int kTileSize = 8;
 constexpr size_t kTilePixels = 64;
 

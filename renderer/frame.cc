@@ -26,9 +26,6 @@
 namespace halfshade {
 namespace {
 
-// Visibility nearer to 0 or 1 than this is umbra or light.
-constexpr float kPenumbraMargin = 1.0f / 512;
-
 class Frame {
  public:
   Frame(const DrawContext& draw, const LtcTextures& ltc, const std::string& scene_name, const FlatScene& scene,

@@ -18,9 +18,6 @@ Box3d Bounds(const QueryPoints& points) {
   return bounds;
 }
 
-// Visibility nearer to 1 than this is light.
-constexpr float kPenumbraMargin = 1.0f / 512;
-
 // Mean of the errors that methods tell of shadowed points.
 struct PredictedError {
   double sum = 0;

@@ -9,6 +9,12 @@
 
 namespace halfshade {
 
+// Visibility nearer to 0 or 1 than this is umbra or light.
+inline constexpr float kPenumbraMargin = 1.0f / 512;
+
+// The value of an option that light data or the resolve will choose.
+inline constexpr char kChosen[] = "auto";
+
 struct PassReport {
   std::string name{};  // "light[0]/multi_map", "gbuffer", "shade", ...
   double ms = 0;       // wall, GL work included

@@ -116,7 +116,8 @@ void RenderCall::Prepare() {
   // What is measured is drawn, and what clocks decide need not come out alike.
   if (render_.request.cache == CacheMode::kUse && !request_.budget().has_max_latency()) {
     result_key_ = ContentKey(request_.scene(), render_, HALFSHADE_VERSION, "") +
-                  request_.certify().SerializeAsString() + request_.budget().SerializeAsString();
+                  request_.certify().SerializeAsString() + request_.budget().SerializeAsString() +
+                  render_.request.method_reason;  // chosen or asked for: a report says which
     part_ = Part::kWaits;
     const bool leads =
         plant_->results->Lead(result_key_, id(), [self = shared_from_this()](const ResultCache::Reply& reply) {

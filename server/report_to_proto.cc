@@ -22,7 +22,7 @@ void SetOptions(const RenderReport& report, v1::Method* method) {
   google::protobuf::Message* options = method->GetReflection()->MutableMessage(method, oneof_field);
   for (const auto& [name, value] : report.options) {
     const auto* field = options->GetDescriptor()->FindFieldByName(name);
-    if (field == nullptr) continue;
+    if (field == nullptr || value == kChosen) continue;  // stays open
     using Field = google::protobuf::FieldDescriptor;
     const auto* reflection = options->GetReflection();
     switch (field->cpp_type()) {

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "renderer/report.h"
 #include "renderer/status.h"
 
 namespace halfshade {
 namespace {
 
-constexpr double kMargin = 1.0 / 512;  // nearer to 0 or 1 than this is umbra or light
 constexpr double kSigma = 1.5;
 constexpr double kC1 = 0.01 * 0.01;
 constexpr double kC2 = 0.03 * 0.03;
@@ -151,8 +151,8 @@ absl::StatusOr<ImageError> Compare(const Image& reference, const Image& tested, 
         const double error = std::abs(double(tested.at(x, y, c)) - v);
         all.Add(error);
         squares += error * error;
-        if (v < 1 - kMargin) shadowed.Add(error);
-        if (v > kMargin && v < 1 - kMargin) penumbra.Add(error);
+        if (v < 1 - kPenumbraMargin) shadowed.Add(error);
+        if (v > kPenumbraMargin && v < 1 - kPenumbraMargin) penumbra.Add(error);
         errors.push_back(float(error));
       }
     }

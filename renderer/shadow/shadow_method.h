@@ -74,10 +74,6 @@ struct OcclusionSum {
   double largest_fraction = 0;
 };
 
-// What DescribeOptions says of an option that is chosen by LightData (LightData::ChosenOptions) or at the resolve
-// (OcclusionSum::chosen_options).
-inline constexpr char kChosen[] = "auto";
-
 class ShadowMethod {
  public:
   virtual ~ShadowMethod() = default;

@@ -339,6 +339,20 @@ TEST_F(ServiceTest, ARepeatedRequestIsNotRenderedAgainUnlessItAsksForThat) {
   request.mutable_certify()->set_rays(16);
   EXPECT_TRUE(Render(request).ok());
   EXPECT_EQ(renders_begun, 3) << "the same pixels, and yet another reply";
+  // What auto takes for an error this coarse, and the same when it is asked for.
+  request = Request(request.scene());
+  request.mutable_budget()->set_max_error(0.1);
+  EXPECT_TRUE(Render(request).ok());
+  v1::PlanRenderRequest plan;
+  *plan.mutable_request() = request;
+  v1::PlanRenderResponse planned;
+  grpc::ClientContext context;
+  EXPECT_TRUE(renders_->PlanRender(&context, plan, &planned).ok());
+  EXPECT_FALSE(planned.plan().options().shaft().has_rows()) << "which the picture chooses";
+  *request.mutable_method() = planned.plan().options();
+  const grpc::Status explicitly = Render(request);
+  EXPECT_TRUE(explicitly.ok()) << explicitly.error_message();
+  EXPECT_EQ(renders_begun, 5) << "the report says which";
 }
 
 // Whoever comes first may go: the render goes on as long as somebody wants it, and stops with the last.

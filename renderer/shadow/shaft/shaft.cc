@@ -140,7 +140,7 @@ class Resolve {
     double sum = 0;
     uint64_t count = 0;
     for (size_t i = 0; i < hidden_.size(); ++i) {
-      if (errors_[i] < 0 || hidden_[i] <= kShadowed) continue;
+      if (errors_[i] < 0 || hidden_[i] <= kPenumbraMargin) continue;
       sum += errors_[i];
       ++count;
     }
@@ -160,7 +160,6 @@ class Resolve {
   static constexpr double kExcessOfFewestRows = 1.4;
   static constexpr int kFewestRows = 8, kMostRowsChosen = 64, kRowsOfFewReceivers = 16;
   static constexpr int kMostRowsOfMasks = 16;  // they are asked at every sample: their cost grows with the rows
-  static constexpr float kShadowed = 1.0f / 512;
   // Rows that double divide the error by 2^rate.
   static constexpr double kErrorRate = 1;
 
