@@ -21,6 +21,7 @@
 #include "renderer/renderer.h"
 #include "server/admission.h"
 #include "server/byte_budget.h"
+#include "server/call_log.h"
 #include "server/cpu_pool.h"
 #include "server/encode.h"
 #include "server/limits.h"
@@ -38,6 +39,7 @@ struct RenderPlant {
   RenderQueue* queue = nullptr;
   ByteBudget* in_flight = nullptr;  // images that are drawn, encoded or sent, as the encoder gets them
   ResultCache* results = nullptr;
+  CallLog* log = nullptr;
   Limits limits;
   std::chrono::milliseconds stream_stall{30000};  // a reader that takes nothing for so long is dropped
   std::atomic<bool> is_stopping{false};           // renders under way give up
@@ -52,7 +54,7 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   void Start();
 
  protected:
-  // `rpc` is for the log. `limits` are the plant's, less what the rpc lifts.
+  // `rpc` is for the log and the metrics. `limits` are the plant's, less what the rpc lifts.
   RenderCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::RenderRequest& request,
              const char* rpc, const Limits& limits);
 
@@ -62,8 +64,8 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   void GiveUp(const absl::Status& reason);
   // Finishes with an error, unless the call is finished.
   void Fail(const absl::Status& status);
-  // True for the one caller that may finish the call well; its images are in flight no more.
-  bool ClaimSuccess();
+  // True for the one caller that may finish the call well, with this report; its images are in flight no more.
+  bool ClaimSuccess(const v1::RenderReport& report);
   // gRPC's share, given back in OnDone.
   void Release();
 
@@ -81,8 +83,8 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   void Prepare();  // on the CPU pool
   bool Enqueue();  // there, or where the call takes the lead of its like; false: the call has ended
   void Reuse(const v1::RenderResponse& reply);
-  void Draw(WorkerRenderer& worker);  // on a GL thread
-  void EncodeAndDeliver();            // on the encode pool
+  absl::Status Draw(WorkerRenderer& worker);  // on a GL thread; what became of it there
+  void EncodeAndDeliver();                    // on the encode pool
   void AddImage(size_t index, EncodedOutput encoded, v1::RenderResponse* response) const;
   void CompleteReport(v1::RenderReport* report) const;
   void SetTiming(v1::Timing* timing) const;  // what is the call's own, drawn or not
@@ -95,10 +97,8 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   RenderPlant* const plant_;
   grpc::CallbackServerContext* const context_;
   const v1::RenderRequest request_;
-  const char* const rpc_;
   const Limits limits_;
-  const std::string request_id_;
-  std::string peer_;
+  const CallLog::Call call_;
   std::shared_ptr<RenderCall> self_;
   std::unique_ptr<grpc::Alarm> alarm_;  // keeps its callback, and so a share of this, until it is destroyed
   std::chrono::system_clock::time_point deadline_;
@@ -110,6 +110,7 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   std::string result_key_;
   SceneCache::ScenePtr scene_;
   ValidatedRender render_;
+  bool is_redone_ = false;  // its context was lost once
   ByteBudget::Hold in_flight_;
   RenderResult result_;
   std::vector<std::optional<LightGrid>> grids_;  // of result_.images

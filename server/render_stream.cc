@@ -87,7 +87,7 @@ class RenderStreamCall final : public grpc::ServerWriteReactor<v1::RenderStreamR
     } else if (image_ < result_->images_size()) {
       TakeImagePart(result_->mutable_images(image_));
     } else {
-      if (!ClaimSuccess()) return;
+      if (!ClaimSuccess(result_->report())) return;
       is_ended_ = true;
       part_.mutable_report()->Swap(result_->mutable_report());
     }

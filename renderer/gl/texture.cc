@@ -59,6 +59,7 @@ absl::StatusOr<Texture> Texture::Create(const Context& context, GLenum target, G
     gl.TextureStorage3D(id, levels, format, width, height, layers);
   }
   if (const absl::Status status = context.Check("creating a texture"); !status.ok()) {
+    if (!absl::IsResourceExhausted(status)) return status;
     return absl::ResourceExhaustedError("GL has no room for a texture of " + std::to_string(texture.size_bytes_) +
                                         " bytes: " + std::string(status.message()));
   }

@@ -8,6 +8,7 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 
 #include "tests/client/temporary_folder.h"
 
@@ -36,7 +37,7 @@ pid_t Spawn(const std::string& binary, const std::vector<std::string>& arguments
   return error == 0 ? pid : -1;
 }
 
-int Wait(pid_t pid) {
+int WaitFor(pid_t pid) {
   int status = 0;
   if (pid < 0 || waitpid(pid, &status, 0) != pid) return -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -53,7 +54,7 @@ Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& f
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, (streams / "out").c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, (streams / "err").c_str(), O_WRONLY | O_CREAT, 0600);
   Ran ran;
-  ran.exit_code = Wait(Spawn(HALFSHADE_BINARY, arguments, &actions));
+  ran.exit_code = WaitFor(Spawn(HALFSHADE_BINARY, arguments, &actions));
   ran.out = ReadAll(streams / "out");
   ran.err = ReadAll(streams / "err");
   return ran;
@@ -88,19 +89,35 @@ bool ServerProcess::IsAlive() const {
          info.si_pid == 0;
 }
 
-int ServerProcess::Stop() {
+void ServerProcess::Signal(int signal) const {
+  if (pid_ > 0) kill(pid_, signal);
+}
+
+int ServerProcess::Wait() {
   if (pid_ < 0) return -1;
-  kill(pid_, SIGTERM);
-  const int exit_code = Wait(pid_);
+  const int exit_code = WaitFor(pid_);
   pid_ = -1;
   return exit_code;
+}
+
+int ServerProcess::Stop() {
+  Signal(SIGTERM);
+  return Wait();
+}
+
+double ServerProcess::PeakMemoryMb() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string word; status >> word;) {
+    double kb = 0;
+    if (word == "VmHWM:" && status >> kb) return kb / 1e3;
+  }
+  return 0;
 }
 
 void ServerProcess::Kill() {
   if (pid_ < 0) return;
   kill(pid_, SIGKILL);
-  Wait(pid_);
-  pid_ = -1;
+  Wait();
 }
 
 }  // namespace halfshade
