@@ -32,6 +32,16 @@ struct BenchCommand {
   std::string folder;
 };
 
+// Several batches may write into one folder, on different items.
+struct BatchCommand {
+  std::string requests_file;  // client/batch/batch_file.h
+  std::string folder;
+  int jobs = 4;              // calls in flight, 1 to 256
+  std::string shard;         // "I/N", 0 <= I < N; empty: all
+  bool resumes = false;      // what is in the folder whole is left as it is
+  bool keeps_going = false;  // after a failure
+};
+
 struct CompareCommand {
   std::string reference;
   std::string tested;
@@ -51,6 +61,7 @@ absl::Status RunScene(const GlobalFlags& global, const std::string& scene);
 absl::Status RunInfo(const GlobalFlags& global);
 absl::Status RunHealth(const GlobalFlags& global);
 absl::Status RunDoctor(const GlobalFlags& global);
+absl::Status RunBatch(const GlobalFlags& global, const BatchCommand& command);
 absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command);
 
 }  // namespace halfshade

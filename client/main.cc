@@ -17,13 +17,14 @@ struct CommandLine {
   GlobalFlags global;
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
+  BatchCommand batch;
   BenchCommand bench;
   CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"batch", "sample"};
+constexpr const char* kLater[] = {"sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -104,6 +105,19 @@ void AddBench(CLI::App* app, CommandLine* line) {
   bench->callback([line] { line->run = [line] { return RunBench(line->global, line->bench); }; });
 }
 
+void AddBatch(CLI::App* app, CommandLine* line) {
+  CLI::App* batch = app->add_subcommand("batch", "render every line of a file; --timeout is of each item");
+  BatchCommand& command = line->batch;
+  batch->add_option("REQUESTS.jsonl", command.requests_file, "lines of a RenderRequest in proto JSON plus \"id\"")
+      ->required();
+  batch->add_option("-o,--output", command.folder, "folder for <id>.<kind>.<ext> and manifest.jsonl")->required();
+  batch->add_option("--jobs", command.jobs, "calls in flight, 1 to 256 (4)");
+  batch->add_option("--shard", command.shard, "I/N: the I-th of N parts of the file, from 0");
+  batch->add_flag("--resume", command.resumes, "leave what the folder has whole; render the rest");
+  batch->add_flag("--keep-going", command.keeps_going, "after a failure too");
+  batch->callback([line] { line->run = [line] { return RunBatch(line->global, line->batch); }; });
+}
+
 void AddQuery(CLI::App* app, CommandLine* line) {
   CLI::App* query =
       app->add_subcommand("query", "visibility of every light from points: a line a point, a value a light");
@@ -156,6 +170,7 @@ absl::Status Run(int argc, char** argv) {
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
   AddPlan(&app, &line);
+  AddBatch(&app, &line);
   AddBench(&app, &line);
   AddQuery(&app, &line);
   AddCompare(&app, &line);
