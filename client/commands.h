@@ -4,7 +4,9 @@
 
 #include <absl/status/status.h>
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "client/render_flags.h"
 
@@ -42,6 +44,12 @@ struct BatchCommand {
   bool keeps_going = false;  // after a failure
 };
 
+struct SampleCommand {
+  std::string template_file;  // client/batch/sample.h
+  uint64_t count = 1000;
+  uint64_t seed = 0;
+};
+
 struct CompareCommand {
   std::string reference;
   std::string tested;
@@ -62,6 +70,8 @@ absl::Status RunInfo(const GlobalFlags& global);
 absl::Status RunHealth(const GlobalFlags& global);
 absl::Status RunDoctor(const GlobalFlags& global);
 absl::Status RunBatch(const GlobalFlags& global, const BatchCommand& command);
+// Lines of a batch, to stdout.
+absl::Status RunSample(const GlobalFlags& global, const SampleCommand& command);
 absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command);
 
 }  // namespace halfshade

@@ -1,4 +1,4 @@
-// halfshade batch, sample, pack
+// halfshade batch, sample
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
@@ -14,7 +14,9 @@
 #include "client/batch/batch_run.h"
 #include "client/batch/item_store.h"
 #include "client/batch/request_digest.h"
+#include "client/batch/sample.h"
 #include "client/exit_code.h"
+#include "client/input_file.h"
 #include "client/output_file.h"
 #include "client/scene_files.h"
 #include "client/session.h"
@@ -173,5 +175,19 @@ class Batch {
 }  // namespace
 
 absl::Status RunBatch(const GlobalFlags& global, const BatchCommand& command) { return Batch(command).Run(global); }
+
+absl::Status RunSample(const GlobalFlags&, const SampleCommand& command) {
+  ASSIGN_OR_RETURN(const std::string text, ReadInputFile(command.template_file));
+  const std::string folder = fs::absolute(command.template_file).lexically_normal().parent_path().string();
+  absl::StatusOr<LineSampler> sampler = LineSampler::Create(text, folder);
+  if (!sampler.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(command.template_file, ": ", sampler.status().message()));
+  }
+  for (uint64_t index = 0; index < command.count; ++index) {
+    ASSIGN_OR_RETURN(const std::string line, sampler->Line(command.seed, index));
+    RETURN_IF_ERROR(Print(line + "\n"));
+  }
+  return absl::OkStatus();
+}
 
 }  // namespace halfshade

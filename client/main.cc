@@ -18,13 +18,13 @@ struct CommandLine {
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
   BatchCommand batch;
+  SampleCommand sample;
   BenchCommand bench;
   CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -118,6 +118,18 @@ void AddBatch(CLI::App* app, CommandLine* line) {
   batch->callback([line] { line->run = [line] { return RunBatch(line->global, line->batch); }; });
 }
 
+void AddSample(CLI::App* app, CommandLine* line) {
+  CLI::App* sample = app->add_subcommand("sample", "lines of a batch, drawn at random from a template");
+  SampleCommand& command = line->sample;
+  sample
+      ->add_option("TEMPLATE", command.template_file,
+                   "a line of a batch with draws ({\"$uniform\": [a, b]}) for values")
+      ->required();
+  sample->add_option("--count", command.count, "how many lines (1000)");
+  sample->add_option("--seed", command.seed, "of all draws (0); a line depends on it and on its own number alone");
+  sample->callback([line] { line->run = [line] { return RunSample(line->global, line->sample); }; });
+}
+
 void AddQuery(CLI::App* app, CommandLine* line) {
   CLI::App* query =
       app->add_subcommand("query", "visibility of every light from points: a line a point, a value a light");
@@ -153,12 +165,6 @@ void AddOthers(CLI::App* app, CommandLine* line) {
   add("info", "version, GL contexts, limits and methods of the server", &RunInfo);
   add("health", "whether the server serves", &RunHealth);
   add("doctor", "which GL devices there are, what was tried, what to do", &RunDoctor);
-  for (const char* name : kLater) {
-    CLI::App* command = app->add_subcommand(name, "not available in this version")->allow_extras()->fallthrough(false);
-    command->callback([line, name] {
-      line->run = [name] { return absl::UnimplementedError(std::string(name) + " is not available in this version"); };
-    });
-  }
 }
 
 absl::Status Run(int argc, char** argv) {
@@ -171,6 +177,7 @@ absl::Status Run(int argc, char** argv) {
   AddRender(&app, &line);
   AddPlan(&app, &line);
   AddBatch(&app, &line);
+  AddSample(&app, &line);
   AddBench(&app, &line);
   AddQuery(&app, &line);
   AddCompare(&app, &line);

@@ -225,6 +225,26 @@ TEST_F(BatchCommandTest, AServerThatIsGoneEndsARunThatKeepsGoing) {
   EXPECT_THAT(ran.err, HasSubstr("1 failed, 4 not begun"));
 }
 
+TEST_F(BatchCommandTest, WhatSampleWritesBatchRenders) {
+  WriteScenes(2);
+  folder_.Write("template.json", R"({
+    "id": "s", "scene": {"$choice": ["scene0.glb", "scene1.glb"]}, "width": 32, "height": 32,
+    "camera": {"lookAt": {"eye": {"$hemisphere": {"target": [0, 0, 0], "radius": [5, 8], "elevation_deg": [20, 80]}},
+                          "target": {"y": 0}}},
+    "lights": [{"$light": {"target": [0, 0, 0], "radius": [3, 6], "elevation_deg": [50, 90],
+                           "width_m": [0.2, 2], "height_m": [0.2, 2]}}],
+    "method": {"$choice": [{"shaft": {}}, {"pcss": {}}, {"ray": {"rays": {"$integer": [1, 32]}}}]}})");
+  const Ran sampled = Run({"sample", "template.json", "--count", "12", "--seed", "3"});
+  ASSERT_EQ(sampled.exit_code, 0) << sampled.err;
+  EXPECT_EQ(sampled.out, Run({"sample", "template.json", "--count", "12", "--seed", "3"}).out);
+  const std::string beginning = Run({"sample", "template.json", "--count", "7", "--seed", "3"}).out;
+  EXPECT_EQ(sampled.out.substr(0, beginning.size()), beginning);
+  folder_.Write("elsewhere/requests.jsonl", sampled.out);
+  const Ran ran = Run({"batch", "elsewhere/requests.jsonl", "-o", "out"});
+  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_EQ(WholeItems("out").size(), 12u);
+}
+
 TEST_F(BatchCommandTest, FlagsOutOfRangeAreUsage) {
   WriteScenes(1);
   WriteLines(1, 1);
