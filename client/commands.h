@@ -50,6 +50,12 @@ struct SampleCommand {
   uint64_t seed = 0;
 };
 
+struct PackCommand {
+  std::string folder;     // of a batch
+  std::string to_folder;  // made where it is absent
+  int shard_mb = 256;     // 1 to 4096: held in memory
+};
+
 struct CompareCommand {
   std::string reference;
   std::string tested;
@@ -72,6 +78,8 @@ absl::Status RunDoctor(const GlobalFlags& global);
 absl::Status RunBatch(const GlobalFlags& global, const BatchCommand& command);
 // Lines of a batch, to stdout.
 absl::Status RunSample(const GlobalFlags& global, const SampleCommand& command);
+// Tar files out of a batch's folder (client/batch/pack.h).
+absl::Status RunPack(const GlobalFlags& global, const PackCommand& command);
 absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command);
 
 }  // namespace halfshade

@@ -1,4 +1,4 @@
-// halfshade batch, sample
+// halfshade batch, sample, pack
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
@@ -13,6 +13,7 @@
 #include "client/batch/batch_file.h"
 #include "client/batch/batch_run.h"
 #include "client/batch/item_store.h"
+#include "client/batch/pack.h"
 #include "client/batch/request_digest.h"
 #include "client/batch/sample.h"
 #include "client/exit_code.h"
@@ -27,6 +28,8 @@ namespace halfshade {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kMaxShardMb = 4096;
 
 // "line 7 (chair-7): scene: missing"
 std::string ToText(const BatchFailure& failure) {
@@ -187,6 +190,22 @@ absl::Status RunSample(const GlobalFlags&, const SampleCommand& command) {
     ASSIGN_OR_RETURN(const std::string line, sampler->Line(command.seed, index));
     RETURN_IF_ERROR(Print(line + "\n"));
   }
+  return absl::OkStatus();
+}
+
+absl::Status RunPack(const GlobalFlags& global, const PackCommand& command) {
+  if (command.shard_mb < 1 || command.shard_mb > kMaxShardMb) {
+    return UsageError(absl::StrCat("--shard-mb: ", command.shard_mb, "; must be 1 to ", kMaxShardMb));
+  }
+  // Shards of an earlier pack would stand among these.
+  const std::string first = absl::StrCat(command.to_folder, "/shard-000000.tar");
+  if (fs::exists(first)) return UsageError(absl::StrCat(first, ": exists; give another folder"));
+  RETURN_IF_ERROR(MakeFolder(command.to_folder));
+  ASSIGN_OR_RETURN(const Packed packed, PackItems(command.folder, command.to_folder, uint64_t(command.shard_mb) << 20));
+  if (global.wants_json) {
+    return Print(nlohmann::ordered_json{{"items", packed.items}, {"shards", packed.shards}}.dump(1) + "\n");
+  }
+  Progress().Say(absl::StrFormat("%d items in %d tar files", packed.items, packed.shards));
   return absl::OkStatus();
 }
 

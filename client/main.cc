@@ -19,6 +19,7 @@ struct CommandLine {
   RenderCommand render;
   BatchCommand batch;
   SampleCommand sample;
+  PackCommand pack;
   BenchCommand bench;
   CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
@@ -130,6 +131,15 @@ void AddSample(CLI::App* app, CommandLine* line) {
   sample->callback([line] { line->run = [line] { return RunSample(line->global, line->sample); }; });
 }
 
+void AddPack(CLI::App* app, CommandLine* line) {
+  CLI::App* pack = app->add_subcommand("pack", "tar files out of a batch's folder, by the WebDataset convention");
+  PackCommand& command = line->pack;
+  pack->add_option("DIR", command.folder, "that batch wrote")->required();
+  pack->add_option("-o,--output", command.to_folder, "folder for shard-000000.tar and on")->required();
+  pack->add_option("--shard-mb", command.shard_mb, "most MiB of a tar file, 1 to 4096 (256)");
+  pack->callback([line] { line->run = [line] { return RunPack(line->global, line->pack); }; });
+}
+
 void AddQuery(CLI::App* app, CommandLine* line) {
   CLI::App* query =
       app->add_subcommand("query", "visibility of every light from points: a line a point, a value a light");
@@ -178,6 +188,7 @@ absl::Status Run(int argc, char** argv) {
   AddPlan(&app, &line);
   AddBatch(&app, &line);
   AddSample(&app, &line);
+  AddPack(&app, &line);
   AddBench(&app, &line);
   AddQuery(&app, &line);
   AddCompare(&app, &line);

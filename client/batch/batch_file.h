@@ -18,7 +18,7 @@ struct BatchLine {
   v1::RenderRequest request;  // scene is "scenes/<hex>", or else the path of a file
 };
 
-// So that "<id>.penumbra_width.exr" fits the 100 bytes of a name in a tar file.
+// So that "<id>.soft_shadow_map.exr" fits the 100 bytes of a name in a tar file.
 inline constexpr size_t kMaxIdLength = 80;
 
 // A JSON object that is not nested too deep to be walked. INVALID_ARGUMENT.

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -243,6 +244,68 @@ TEST_F(BatchCommandTest, WhatSampleWritesBatchRenders) {
   const Ran ran = Run({"batch", "elsewhere/requests.jsonl", "-o", "out"});
   EXPECT_EQ(ran.exit_code, 0) << ran.err;
   EXPECT_EQ(WholeItems("out").size(), 12u);
+}
+
+TEST_F(BatchCommandTest, EveryKindComesFromOneRequestAndTheManifestsCameraProjectsIt) {
+  WriteScenes(1);
+  json line = LineOf(3, 1);
+  line["method"] = {{"pcss", json::object()}};
+  line["outputs"] = json::array();
+  for (const char* kind : {"FRAME", "VISIBILITY", "SOFT_SHADOW_MAP", "DEPTH", "NORMAL", "ALBEDO", "OBJECT_ID",
+                           "POSITION", "PENUMBRA_WIDTH"}) {
+    line["outputs"].push_back({{"kind", std::string("OUTPUT_KIND_") + kind}, {"encoding", "ENCODING_RAW_F32"}});
+  }
+  for (const char* kind : {"DEPTH", "NORMAL", "VISIBILITY"}) {
+    line["outputs"].push_back({{"kind", std::string("OUTPUT_KIND_") + kind},
+                               {"encoding", "ENCODING_EXR_FLOAT"},
+                               {"layer", std::string("of_") + kind}});
+  }
+  folder_.Write("requests.jsonl", line.dump() + "\n");
+  const Ran ran = Run({"batch", "requests.jsonl", "-o", "out"});
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  ASSERT_EQ(WholeItems("out").size(), 1u);
+  const json item = Manifest("out")[0];
+  EXPECT_EQ(item["files"].size(), 10u);
+  EXPECT_EQ(item["outputs"][11]["file"], "item-3.layers.exr");
+  const std::string exr = ReadAll(folder_ / "out/item-3.layers.exr");
+  for (const char* channel : {"of_DEPTH.Z", "of_NORMAL.x", "of_VISIBILITY.0"}) EXPECT_THAT(exr, HasSubstr(channel));
+  int gbuffers = 0;
+  for (const json& pass : item["report"]["passes"]) {
+    gbuffers += std::string(pass["name"]).find("gbuffer") != std::string::npos && !pass["skipped"];
+  }
+  EXPECT_EQ(gbuffers, 1);
+
+  const auto floats = [&](const std::string& kind) {
+    const std::string bytes = ReadAll(folder_ / ("out/item-3." + kind + ".f32"));
+    std::vector<float> values(bytes.size() / sizeof(float));
+    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
+    return values;
+  };
+  const std::vector<float> position = floats("position"), depth = floats("depth"), id = floats("object_id");
+  const auto view = item["camera"]["cameraFromWorld"].get<std::vector<double>>();
+  const auto pixel = item["camera"]["pixelFromCamera"].get<std::vector<double>>();
+  int seen = 0;
+  for (int i = 0; i < 160 * 96; ++i) {
+    if (id[size_t(i)] == 0) continue;
+    ++seen;
+    double p[3];
+    for (int row = 0; row < 3; ++row) {
+      p[row] = view[size_t(12 + row)];
+      for (int k = 0; k < 3; ++k) p[row] += view[size_t(4 * k + row)] * position[size_t(3 * i + k)];
+    }
+    ASSERT_NEAR(p[2], depth[size_t(i)], 1e-5 * p[2]);
+    ASSERT_NEAR(pixel[0] * p[0] / p[2] + pixel[6], i % 160 + 0.5, 1e-3);
+    ASSERT_NEAR(pixel[4] * p[1] / p[2] + pixel[7], i / 160 + 0.5, 1e-3);
+  }
+  EXPECT_GT(seen, 1000);
+  const Ran packed = Run({"pack", "out", "-o", "tars", "--json"});
+  EXPECT_EQ(packed.exit_code, 0) << packed.err;
+  EXPECT_EQ(json::parse(packed.out), json({{"items", 1}, {"shards", 1}}));
+  EXPECT_EQ(Run({"pack", "out", "-o", "tars"}).exit_code, 64) << "never among older ones";
+  for (const char* mb : {"0", "4097"}) {
+    EXPECT_EQ(Run({"pack", "out", "-o", "more", "--shard-mb", mb}).exit_code, 64) << mb;
+  }
+  EXPECT_EQ(Run({"pack", "out", "-o", "more", "--shard-mb", "4096"}).exit_code, 0);
 }
 
 TEST_F(BatchCommandTest, FlagsOutOfRangeAreUsage) {
