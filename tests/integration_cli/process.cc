@@ -6,9 +6,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <utility>
 
 #include "tests/client/temporary_folder.h"
 
@@ -37,6 +39,11 @@ pid_t Spawn(const std::string& binary, const std::vector<std::string>& arguments
   return error == 0 ? pid : -1;
 }
 
+bool IsRunning(pid_t pid) {
+  siginfo_t info{};
+  return pid > 0 && waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+}
+
 int WaitFor(pid_t pid) {
   int status = 0;
   if (pid < 0 || waitpid(pid, &status, 0) != pid) return -1;
@@ -60,13 +67,38 @@ Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& f
   return ran;
 }
 
+ClientProcess::ClientProcess(const std::vector<std::string>& arguments, const std::string& folder) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
+  }
+  pid_ = Spawn(HALFSHADE_BINARY, arguments, &actions);
+}
+
+ClientProcess::~ClientProcess() { Kill(); }
+
+bool ClientProcess::IsAlive() const { return IsRunning(pid_); }
+
+int ClientProcess::Wait() { return WaitFor(std::exchange(pid_, -1)); }
+
+void ClientProcess::Kill() {
+  if (pid_ < 0) return;
+  kill(pid_, SIGKILL);
+  Wait();
+}
+
 ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
   int out[2];
   if (pipe2(out, O_CLOEXEC) != 0) return;
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
-  std::vector<std::string> all = {"--listen", "127.0.0.1:0", "--http", "off"};
+  std::vector<std::string> all = {"--http", "off"};
+  if (std::find(arguments.begin(), arguments.end(), "--listen") == arguments.end()) {
+    all.insert(all.end(), {"--listen", "127.0.0.1:0"});
+  }
   all.insert(all.end(), arguments.begin(), arguments.end());
   pid_ = Spawn(HALFSHADED_BINARY, all, &actions);
   close(out[1]);
@@ -83,11 +115,7 @@ ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
 
 ServerProcess::~ServerProcess() { Stop(); }
 
-bool ServerProcess::IsAlive() const {
-  siginfo_t info{};
-  return pid_ > 0 && waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-         info.si_pid == 0;
-}
+bool ServerProcess::IsAlive() const { return IsRunning(pid_); }
 
 void ServerProcess::Signal(int signal) const {
   if (pid_ > 0) kill(pid_, signal);
