@@ -12,6 +12,7 @@
 #include "renderer/math/camera.h"
 #include "renderer/passes.h"
 #include "renderer/plan/choose_method.h"
+#include "renderer/plan/cost_model.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/data_image.h"
@@ -374,6 +375,13 @@ class Frame {
   RenderReport report_;
 };
 
+// Wall time of another picture of the same receivers.
+absl::StatusOr<double> PredictAgainMs(const FlatScene& scene, const RenderRequest& request) {
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
+  const MethodFacts facts = FactsForMethod(scene, pose, request, ReceiverCount(request));
+  return PredictWallMs(facts, PredictCost(facts, request.method).TotalMs(), request.budget.slowness);
+}
+
 }  // namespace
 
 RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
@@ -412,6 +420,7 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
                                        const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches,
                                        gl::ObjectCache<SeenView>& views) {
   RenderRequest asked = request;
+  const Stopwatch since_dequeue;
   while (true) {
     Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches, &views);
     RETURN_IF_ERROR(frame.Draw(on_context));
@@ -420,6 +429,13 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
     if (breach.empty()) return result;
     if (!request.is_auto || !MakeMoreExact(*request.budget.max_error, &asked.method)) {
       return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method);
+    }
+    if (request.budget.max_latency_ms) {
+      ASSIGN_OR_RETURN(const double again_ms, PredictAgainMs(scene, asked));
+      if (since_dequeue.Milliseconds() + again_ms > *request.budget.max_latency_ms) {
+        return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method +
+                                             ", and budget.max_latency leaves no time for better");
+      }
     }
     asked.method_reason += "; " + result.report.method + " drawn again at half the error: " + breach;
   }

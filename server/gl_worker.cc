@@ -3,6 +3,7 @@
 #include <chrono>
 #include <future>
 
+#include "renderer/calibrate.h"
 #include "renderer/scene_loader/decode_image.h"
 #include "renderer/status.h"
 
@@ -22,6 +23,7 @@ RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_
     worker.gl_renderer = worker.context->renderer();
     worker.gl_version = worker.context->version();
     worker.description = worker.context->description();
+    ASSIGN_OR_RETURN(worker.slowness, MeasureSlowness(*worker.renderer));
     return worker;
   };
 }
@@ -40,6 +42,7 @@ absl::StatusOr<std::unique_ptr<GlWorker>> GlWorker::Start(const RendererFactory&
     words.gl_renderer = own.gl_renderer;
     words.gl_version = own.gl_version;
     words.description = own.description;
+    words.slowness = own.slowness;
     started.set_value(std::move(words));  // the references are gone from here on
     self->Work(own);
   });

@@ -25,6 +25,9 @@ class GlWorkerPool {
   // Summed over the contexts. Thread-safe once started.
   std::vector<CacheReport> Caches() const;
 
+  // Of the slowest context.
+  double Slowness() const;
+
   const std::vector<std::unique_ptr<GlWorker>>& workers() const { return workers_; }
 
  private:

@@ -99,6 +99,7 @@ class WiredServer final : public Server {
     RETURN_IF_ERROR(workers_.Start(options_, &queue_, light_data_store_.get()));
     ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
     plant_.catalog = catalog_.get();
+    plant_.slowness = workers_.Slowness();
     plant_.pool = &pool_;
     plant_.encode_pool = &encode_pool_;
     plant_.in_flight = &in_flight_;
