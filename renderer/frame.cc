@@ -11,6 +11,7 @@
 #include "renderer/light_layers.h"
 #include "renderer/math/camera.h"
 #include "renderer/passes.h"
+#include "renderer/picture_error.h"
 #include "renderer/plan/choose_method.h"
 #include "renderer/plan/cost_model.h"
 #include "renderer/scene/pose.h"
@@ -288,11 +289,15 @@ class Frame {
       }
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
-      if (occlusion == nullptr || occlusion->errors.empty() || v >= 1 - kPenumbraMargin) continue;
-      predicted_sum_ += double(share) * occlusion->errors[i];
-      ++predicted_count_;
     }
     if (occlusion == nullptr) return absl::OkStatus();
+    if (!occlusion->errors.empty()) {
+      const bool reads_picture = occlusion->has_independent_errors && seen_->on_cpu.has_value();
+      const PictureError expected =
+          ExpectPictureError(pairs, occlusion->errors, reads_picture ? &*seen_->on_cpu : nullptr);
+      predicted_sum_ += expected.sum;
+      predicted_count_ += expected.pixels;
+    }
     ASSIGN_OR_RETURN(const double largest, LargestFraction(*occlusion, pixels));
     report_.max_sum = std::max(report_.max_sum, largest);
     return absl::OkStatus();
