@@ -138,6 +138,9 @@ class Frame {
       ASSIGN_OR_RETURN(seen_->gbuffer, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{},
                                                    request_, channels));
       report_.passes.back().count = seen_->gbuffer.triangles_drawn;
+      if (const uint64_t left_out = seen_->gbuffer.triangles_out_of_view; left_out > 0) {
+        report_.passes.back().reason = std::to_string(left_out) + " triangles out of view";
+      }
       return absl::OkStatus();
     }));
     if (view_key_.empty()) return absl::OkStatus();

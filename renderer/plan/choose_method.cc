@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/plan/cost_model.h"
+#include "renderer/plan/frame_plan.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -149,6 +150,12 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
   } else {
     request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
     RETURN_IF_ERROR(CheckLatency(facts, *request->predicted_cpu_ms, request->budget));
+  }
+  if (auto* ssm = std::get_if<SsmOptions>(&request->method);
+      ssm != nullptr && ssm->passes > 1 && IsOneFlatOccluder(scene, pose)) {
+    ssm->passes = 1;
+    request->method_reason += std::string(request->method_reason.empty() ? "" : "; ") +
+                              "one flat surface casts: its second layer is its first";
   }
   if (!may_certify) return absl::OkStatus();
   if (!TellsError(request->method)) {
