@@ -6,6 +6,7 @@
 #include <chrono>
 #include <future>
 
+#include "renderer/calibrate.h"
 #include "renderer/scene_loader/decode_image.h"
 #include "renderer/status.h"
 
@@ -32,6 +33,7 @@ RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_
     worker.gl_renderer = worker.context->renderer();
     worker.gl_version = worker.context->version();
     worker.description = worker.context->description();
+    ASSIGN_OR_RETURN(worker.slowness, MeasureSlowness(*worker.renderer));
     return worker;
   };
 }
@@ -51,6 +53,7 @@ absl::StatusOr<std::unique_ptr<GlWorker>> GlWorker::Start(const RendererFactory&
     words.gl_renderer = own.gl_renderer;
     words.gl_version = own.gl_version;
     words.description = own.description;
+    words.slowness = own.slowness;
     started.set_value(std::move(words));  // the reference is gone from here on
     self->Work(std::move(own));
   });

@@ -24,12 +24,13 @@ struct WorkerRenderer {
   std::string gl_renderer;
   std::string gl_version;
   std::string description;
+  double slowness = 1;  // Budget::slowness, of this context
 };
 
 // Called on the worker's own thread, where the context stays current; again when a context is lost.
 using RendererFactory = std::function<absl::StatusOr<WorkerRenderer>()>;
 
-// The real one: a context by `options`, warmed up.
+// The real one: a context by `options`, warmed up and timed.
 RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels,
                                       const ContextMemory& memory);
 
@@ -53,6 +54,7 @@ class GlWorker {
   const std::string& gl_renderer() const { return info_.gl_renderer; }
   const std::string& gl_version() const { return info_.gl_version; }
   const std::string& description() const { return info_.description; }
+  double slowness() const { return info_.slowness; }
 
   // From any thread: frees what stays of a scene on this context, after the render under way, before the next one.
   void ForgetScene(const std::string& name);
@@ -70,7 +72,7 @@ class GlWorker {
   const RendererFactory factory_;
   RenderQueue* const queue_;
   const ContextWatch watch_;
-  WorkerRenderer info_;  // strings alone; context and renderer live on the thread
+  WorkerRenderer info_;  // words and slowness alone; context and renderer live on the thread
   mutable std::mutex mutex_;
   std::vector<std::string> forgotten_;
   std::vector<CacheReport> caches_;

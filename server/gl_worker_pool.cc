@@ -56,4 +56,10 @@ std::vector<CacheReport> GlWorkerPool::Caches() const {
   return sums;
 }
 
+double GlWorkerPool::Slowness() const {
+  double slowness = 0;
+  for (const auto& worker : workers_) slowness = std::max(slowness, worker->slowness());
+  return slowness;
+}
+
 }  // namespace halfshade

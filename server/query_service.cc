@@ -69,7 +69,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
     if (gave_up_) return;
     const absl::Status status = [&]() -> absl::Status {
       ASSIGN_OR_RETURN(scene_, plant_->catalog->Load(query_.request().scene(), &load_ms_));
-      ASSIGN_OR_RETURN(valid_, ValidateQuery(query_, *scene_, plant_->limits));
+      ASSIGN_OR_RETURN(valid_, ValidateQuery(query_, *scene_, plant_->limits, plant_->slowness));
       queued_at_ = SteadyClock::now();
       RenderJob job;
       job.id = JobId();

@@ -115,6 +115,7 @@ class WiredServer final : public Server {
     }));
     ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
     plant_.catalog = catalog_.get();
+    plant_.slowness = workers_.Slowness();
     plant_.pool = &pool_;
     plant_.encode_pool = &encode_pool_;
     plant_.in_flight = &in_flight_;
