@@ -27,10 +27,17 @@ struct Pose {
   Box3d bounds_ws;                  // of the vertices of what is drawn (exact), empty if that is nothing
 };
 
-// The pose of one glTF scene, with changes (RenderRequest::node_overrides) to nodes in range, each to another one.
-// INVALID_ARGUMENT when scene_index is out of range ("scene_index: 3; the scene has 1").
+// The pose of one glTF scene: skinned meshes as they are (deform.h bends them, and has put them into world space), a
+// node's instances one after another; with changes (RenderRequest::node_overrides) to nodes in range, each to another
+// one. INVALID_ARGUMENT when scene_index is out of range ("scene_index: 3; the scene has 1").
 absl::StatusOr<Pose> BuildPose(const FlatScene& scene, uint32_t scene_index,
                                const std::vector<NodeOverride>& overrides = {});
+
+// World transforms of all nodes.
+std::vector<glm::dmat4> WorldFromNodes(const FlatScene& scene, const std::vector<NodeOverride>& overrides = {});
+
+// Where a node's meshes stand at its place `index`; at the node itself where it has no places.
+glm::dmat4 WorldFromPlace(const FlatScene& scene, const Node& node, uint32_t index, const glm::dmat4& world_from_node);
 
 // World transform of a node: the product of its ancestors' local matrices and its own.
 glm::dmat4 WorldFromNode(const FlatScene& scene, uint32_t node, const std::vector<NodeOverride>& overrides = {});

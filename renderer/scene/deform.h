@@ -1,0 +1,29 @@
+// Skins and morph targets applied: the scene as it is bent at one moment. Pure; any thread; in double.
+#pragma once
+
+#include <absl/status/statusor.h>
+
+#include <vector>
+
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+
+namespace halfshade {
+
+// Metres from the origin that a vertex may have, in its mesh and in the world: float still holds the square.
+inline constexpr double kMaxCoordinateM = 1e18;
+
+// Writes positions, normals, tangents, triangles, bounds and clusters of every FlatScene::deformed mesh: targets first,
+// by `morph_weights` (as many as FlatScene::morph_weights), then joints where the overrides put them. Weights of joints
+// are taken in proportion. Skinned meshes then stand in world space, the others in their nodes'. Triangles without area
+// are left out, so a mesh may come to have none. INVALID_ARGUMENT where a vertex ends over kMaxCoordinateM away.
+absl::Status Deform(const std::vector<NodeOverride>& overrides, const std::vector<float>& morph_weights,
+                    FlatScene* scene);
+
+// Of every node, whether moving it moves a joint: the joints and their ancestors.
+std::vector<bool> BendingNodes(const FlatScene& scene);
+
+// Frees what only Deform reads.
+void ForgetBinding(FlatScene* scene);
+
+}  // namespace halfshade
