@@ -10,6 +10,8 @@
 #include <sstream>
 #include <vector>
 
+#include "renderer/scene/check_flat_scene.h"
+#include "renderer/scene/flat_form.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene_loader/decode_image.h"
 #include "renderer/scene_loader/scene_loader.h"
@@ -75,29 +77,11 @@ bool Names(const std::string& text, const std::string& alternatives) {
 
 // What every loaded scene promises, whatever the file was.
 void ExpectValid(const FlatScene& scene, const std::string& file) {
-  EXPECT_EQ(scene.normals.size(), scene.positions.size()) << file;
-  EXPECT_EQ(scene.texcoords.size(), scene.positions.size()) << file;
-  for (const size_t size : {scene.texcoords1.size(), scene.tangents.size(), scene.colors.size()}) {
-    EXPECT_TRUE(size == 0 || size == scene.positions.size()) << file;
-  }
-  for (const glm::vec3& p : scene.positions) ASSERT_TRUE(std::isfinite(p.x + p.y + p.z)) << file;
-  for (const Mesh& mesh : scene.meshes) {
-    ASSERT_LE(size_t(mesh.first_vertex) + mesh.vertex_count, scene.positions.size()) << file;
-    ASSERT_LE(size_t(mesh.first_index) + mesh.index_count, scene.indices.size()) << file;
-    ASSERT_LE(size_t(mesh.first_cluster) + mesh.cluster_count, scene.clusters.size()) << file;
-    ASSERT_LT(mesh.material, scene.materials.size()) << file;
-    for (uint32_t i = 0; i < mesh.index_count; ++i) {
-      ASSERT_LT(scene.indices[mesh.first_index + i], mesh.vertex_count) << file;
-    }
-  }
-  for (const Material& material : scene.materials) {
-    for (const MaterialTexture* texture :
-         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
-          &material.occlusion_texture, &material.emissive_texture}) {
-      ASSERT_LT(texture->texture, int32_t(scene.textures.size())) << file;
-    }
-  }
-  for (const Texture& texture : scene.textures) ASSERT_LT(texture.image, scene.images.size()) << file;
+  EXPECT_OK(CheckFlatScene(scene)) << file;
+  const std::string bytes = FlatSceneBytes(scene);
+  const auto read = ReadFlatScene(bytes);
+  ASSERT_OK(read) << file;
+  EXPECT_EQ(FlatSceneBytes(*read), bytes) << file;
   for (uint32_t i = 0; i < scene.scenes.size(); ++i) {
     const auto pose = BuildPose(scene, i);
     ASSERT_OK(pose) << file;
