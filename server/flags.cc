@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <vector>
 
 namespace halfshade {
@@ -38,6 +39,12 @@ void AddLimits(CLI::App& app, Limits* limits) {
   app.add_option("--max-unfinished-uploads", limits->unfinished_uploads, "uploads under way or cut, of all clients")
       ->check(CLI::Range(1, 1 << 20));
   app.add_option("--max-render-reply-bytes", limits->render_reply_bytes, "uncompressed images of one Render reply");
+}
+
+// In the folder of this program.
+std::string ProgramBeside(const char* name) {
+  std::error_code error;
+  return (std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / name).string();
 }
 
 }  // namespace
@@ -96,6 +103,20 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
                  "a reader of RenderStream that takes nothing for so long is dropped")
       ->capture_default_str()
       ->check(CLI::Range(1, 3600));
+  options.fence.loader = ProgramBeside("halfshade-scene-loader");
+  app.add_option(
+         "--scene-loader", options.fence.loader,
+         "program that reads scenes and images, a process each without privileges; none: this process reads them")
+      ->capture_default_str();
+  app.add_option("--loader-memory-mb", options.fence.memory_mb, "that such a process may take")
+      ->check(CLI::Range(64, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--loader-cpu-s", options.fence.cpu_s, "of CPU time, and a second more for each 4 MiB that it reads")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
+  app.add_option("--loader-wall-s", options.fence.wall_s, "until it ends, likewise")
+      ->check(CLI::Range(1, 3600))
+      ->capture_default_str();
   bool insecure_bind = false;
   app.add_flag("--insecure-bind", insecure_bind, "allow an address beyond loopback without TLS and token");
   app.add_option("--log-level", flags->log_level, "trace, debug, info, warn, error, off")
@@ -125,6 +146,7 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
                  flag, address.c_str());
     return kUsage;
   }
+  if (options.fence.loader == "none") options.fence.loader = "";
   flags->is_json_log = log_format == "json";
   options.gl.backend = gl == "egl" ? gl::Backend::kEgl : gl == "osmesa" ? gl::Backend::kOsmesa : gl::Backend::kAuto;
   return -1;

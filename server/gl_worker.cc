@@ -7,7 +7,6 @@
 #include <future>
 
 #include "renderer/calibrate.h"
-#include "renderer/scene_loader/decode_image.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -19,17 +18,12 @@ constexpr std::chrono::milliseconds kLongestPause(2000);  // between attempts to
 
 }  // namespace
 
-RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels,
+RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, const ImageDecoder& decoder,
                                       const ContextMemory& memory) {
-  return [options, max_texture_pixels, memory]() -> absl::StatusOr<WorkerRenderer> {
+  return [options, decoder, memory]() -> absl::StatusOr<WorkerRenderer> {
     WorkerRenderer worker;
     ASSIGN_OR_RETURN(worker.context, gl::Context::Create(options));
-    ASSIGN_OR_RETURN(worker.renderer, Renderer::Create(
-                                          worker.context.get(),
-                                          [max_texture_pixels](const EncodedImage& image) {
-                                            return DecodeImage(image, max_texture_pixels);
-                                          },
-                                          memory));
+    ASSIGN_OR_RETURN(worker.renderer, Renderer::Create(worker.context.get(), decoder, memory));
     worker.gl_renderer = worker.context->renderer();
     worker.gl_version = worker.context->version();
     worker.description = worker.context->description();

@@ -31,7 +31,7 @@ struct WorkerRenderer {
 using RendererFactory = std::function<absl::StatusOr<WorkerRenderer>()>;
 
 // The real one: a context by `options`, warmed up and timed.
-RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels,
+RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, const ImageDecoder& decoder,
                                       const ContextMemory& memory);
 
 struct ContextWatch {

@@ -8,7 +8,7 @@
 namespace halfshade {
 
 absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queue, LightStore* light_store,
-                                 std::function<void(int lost)> on_health) {
+                                 const ImageDecoder& decoder, std::function<void(int lost)> on_health) {
   on_health_ = std::move(on_health);
   ContextWatch watch;
   watch.canary = std::chrono::milliseconds(options.canary_ms);
@@ -23,9 +23,8 @@ absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queu
                                 .light_data_bytes = (options.light_cache_mb << 20) / contexts,
                                 .view_bytes = (options.view_cache_mb << 20) / contexts,
                                 .light_store = light_store};
-  const RendererFactory factory = options.renderer_factory
-                                      ? options.renderer_factory
-                                      : MakeGlRendererFactory(options.gl, options.limits.texture_pixels, memory);
+  const RendererFactory factory =
+      options.renderer_factory ? options.renderer_factory : MakeGlRendererFactory(options.gl, decoder, memory);
   for (int i = 0; i < options.contexts; ++i) {
     ASSIGN_OR_RETURN(auto worker, GlWorker::Start(factory, queue, watch));
     workers_.push_back(std::move(worker));

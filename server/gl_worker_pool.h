@@ -21,7 +21,7 @@ class GlWorkerPool {
   // before it dies; `light_store`, which may be null, outlives it too. `on_health` is called with the number of
   // contexts that do not draw whenever it changes, from the workers' threads, one call at a time.
   absl::Status Start(const ServerOptions& options, RenderQueue* queue, LightStore* light_store,
-                     std::function<void(int lost)> on_health);
+                     const ImageDecoder& decoder, std::function<void(int lost)> on_health);
 
   // Waits for the end of all threads; the queue is closed before. Everything below may still be called.
   void Join();

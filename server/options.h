@@ -6,6 +6,7 @@
 #include <string>
 
 #include "renderer/gl/context.h"
+#include "server/fence.h"
 #include "server/gl_worker.h"
 #include "server/limits.h"
 
@@ -33,6 +34,7 @@ struct ServerOptions {
   uint64_t light_cache_mb = 512;   // light data in GL memory, likewise
   uint64_t view_cache_mb = 256;    // what cameras saw, likewise
   uint64_t result_cache_mb = 256;  // replies as they were encoded; 0: none is kept
+  FenceOptions fence;              // of `loader` "": scenes are read in this process, as is right for the caller's own
   gl::ContextOptions gl;
   int contexts = 1;
   int canary_ms = 10'000;        // a context that had nothing to do for so long shows that it draws

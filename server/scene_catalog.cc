@@ -6,11 +6,10 @@
 #include <cstdint>
 
 #include "renderer/scene/deform.h"
+#include "renderer/scene/flat_form.h"
 #include "renderer/scene/pose.h"
-#include "renderer/scene_loader/scene_loader.h"
 #include "renderer/status.h"
 #include "server/digest.h"
-#include "server/light_data_store.h"
 #include "server/scene_name.h"
 #include "server/validate.h"
 
@@ -21,6 +20,17 @@ constexpr size_t kMaxFiles = 4096;
 constexpr size_t kMaxUriBytes = 1024;
 
 std::string DigestOf(const std::string& scene_name) { return scene_name.substr(scene_name.find('/') + 1); }
+
+// Of the form's version and of the limits that a file is read under: with others it might be another scene, or none.
+std::string FlatKey(const SceneLoadLimits& limits) {
+  std::string key = "flat_scene/" + std::to_string(kFlatFormVersion);
+  for (const uint64_t limit : {limits.max_scene_bytes, limits.max_triangles, limits.max_json_bytes,
+                               uint64_t(limits.max_json_depth), limits.max_texture_pixels}) {
+    key += '/';
+    key += std::to_string(limit);
+  }
+  return key;
+}
 
 absl::Status CheckName(const std::string& name) {
   if (IsSceneName(name)) return absl::OkStatus();
@@ -126,9 +136,9 @@ std::set<std::string> SceneCatalog::Manifest::Digests() const {
   return digests;
 }
 
-absl::StatusOr<std::unique_ptr<SceneCatalog>> SceneCatalog::Open(Store* store, SceneCache* cache,
-                                                                 const Limits& limits) {
-  auto catalog = std::unique_ptr<SceneCatalog>(new SceneCatalog(store, cache, limits));
+absl::StatusOr<std::unique_ptr<SceneCatalog>> SceneCatalog::Open(Store* store, SceneCache* cache, SceneReader* reader,
+                                                                 DerivedStore* derived, const Limits& limits) {
+  auto catalog = std::unique_ptr<SceneCatalog>(new SceneCatalog(store, cache, reader, derived, limits));
   for (const std::string& name : catalog->List("", SIZE_MAX)) {
     const absl::StatusOr<Manifest> manifest = catalog->ReadManifest(name);
     if (absl::IsNotFound(manifest.status())) {
@@ -182,20 +192,42 @@ absl::StatusOr<FlatScene> SceneCatalog::LoadFromBlobs(const Manifest& manifest) 
     }
     file_map[uri] = &blob->second;
   }
+  return reader_->Load(root, file_map, LoadLimits());
+}
+
+SceneLoadLimits SceneCatalog::LoadLimits() const {
   SceneLoadLimits limits;
   limits.max_scene_bytes = limits_.scene_bytes;
   limits.max_triangles = limits_.scene_triangles;
   limits.max_json_bytes = limits_.gltf_json_bytes;
   limits.max_json_depth = limits_.gltf_json_depth;
   limits.max_texture_pixels = limits_.texture_pixels;
-  return LoadGltf(root, file_map, limits);
+  return limits;
+}
+
+// Its flat form, where it is kept and whole.
+absl::StatusOr<FlatScene> SceneCatalog::LoadOrRead(const std::string& name, const Manifest& manifest) {
+  RETURN_IF_ERROR(CheckBlobs(manifest));
+  const std::string bytes = derived_ == nullptr ? "" : derived_->Get(name, FlatKey(LoadLimits()));
+  if (!bytes.empty()) {
+    absl::StatusOr<FlatScene> scene = ReadFlatScene(bytes);
+    if (scene.ok()) return scene;
+    spdlog::warn("{} is read again: {}", name, std::string(scene.status().message()));
+  }
+  ASSIGN_OR_RETURN(FlatScene scene, LoadFromBlobs(manifest));
+  if (Has(name)) Keep(name, scene);
+  return scene;
+}
+
+void SceneCatalog::Keep(const std::string& name, const FlatScene& scene) {
+  if (derived_ != nullptr) derived_->Put(name, FlatKey(LoadLimits()), FlatSceneBytes(scene));
 }
 
 absl::StatusOr<SceneCatalog::Created> SceneCatalog::Create(const v1::CreateSceneRequest& request) {
   RETURN_IF_ERROR(CheckRequest(request));
   const Manifest manifest = {request.root_digest(), {request.files().begin(), request.files().end()}};
   const std::string name = SceneName(manifest.root_digest, manifest.files);
-  const auto load = [&] { return LoadFromBlobs(manifest); };
+  const auto load = [&] { return LoadOrRead(name, manifest); };
   const Pin pin(this, manifest.Digests());
   // The cache may have a scene whose blobs are gone.
   RETURN_IF_ERROR(CheckBlobs(manifest));
@@ -207,6 +239,7 @@ absl::StatusOr<SceneCatalog::Created> SceneCatalog::Create(const v1::CreateScene
   }
   ASSIGN_OR_RETURN(const SceneCache::ScenePtr scene, cache_->Get(name, load));
   ASSIGN_OR_RETURN(created.existed, Publish(name, manifest));
+  if (!created.existed) Keep(name, *scene);
   created.scene = Summarise(name, *scene);
   return created;
 }
@@ -232,7 +265,7 @@ absl::StatusOr<SceneCache::ScenePtr> SceneCatalog::Load(const std::string& name,
   return cache_->Get(name, [&]() -> absl::StatusOr<FlatScene> {
     const auto begin = std::chrono::steady_clock::now();
     ASSIGN_OR_RETURN(const Manifest manifest, ReadManifest(name));
-    ASSIGN_OR_RETURN(FlatScene scene, LoadFromBlobs(manifest));
+    ASSIGN_OR_RETURN(FlatScene scene, LoadOrRead(name, manifest));
     *load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     return scene;
   });
@@ -289,7 +322,7 @@ absl::Status SceneCatalog::Delete(const std::string& name) {
   ASSIGN_OR_RETURN(const Manifest manifest, ReadManifest(name));
   RETURN_IF_ERROR(store_->Remove(StoreKind::kScene, {DigestOf(name)}));
   cache_->Forget(name);
-  RETURN_IF_ERROR(RemoveLightData(store_, name));
+  RETURN_IF_ERROR(RemoveDerived(store_, name));
   const std::lock_guard lock(mutex_);
   const std::set<std::string> digests = manifest.Digests();
   for (const std::string& digest : digests) {

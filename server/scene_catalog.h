@@ -14,16 +14,20 @@
 
 #include "halfshade/v1/render.pb.h"
 #include "halfshade/v1/scene.pb.h"
+#include "server/derived_store.h"
 #include "server/limits.h"
 #include "server/scene_cache.h"
+#include "server/scene_reader.h"
 #include "server/store.h"
 
 namespace halfshade {
 
 class SceneCatalog {
  public:
-  // Over the scenes that the store has. Both outlive the catalog. INTERNAL: a manifest cannot be read.
-  static absl::StatusOr<std::unique_ptr<SceneCatalog>> Open(Store* store, SceneCache* cache, const Limits& limits);
+  // Over the scenes that the store has. All outlive the catalog. `derived` keeps flat scenes, so that no file is read
+  // twice under the same limits; null: none is kept. INTERNAL: a manifest cannot be read.
+  static absl::StatusOr<std::unique_ptr<SceneCatalog>> Open(Store* store, SceneCache* cache, SceneReader* reader,
+                                                            DerivedStore* derived, const Limits& limits);
 
   struct Created {
     v1::Scene scene;
@@ -68,16 +72,22 @@ class SceneCatalog {
   class Pin;       // of a Create's blobs
   class NameLock;  // of a name whose manifest is written or removed
 
-  SceneCatalog(Store* store, SceneCache* cache, const Limits& limits) : store_(store), cache_(cache), limits_(limits) {}
+  SceneCatalog(Store* store, SceneCache* cache, SceneReader* reader, DerivedStore* derived, const Limits& limits)
+      : store_(store), cache_(cache), reader_(reader), derived_(derived), limits_(limits) {}
   absl::StatusOr<std::string> Read(StoreKind kind, const std::string& digest);
   absl::StatusOr<Manifest> ReadManifest(const std::string& name);
   absl::Status CheckBlobs(const Manifest& manifest) const;
   absl::StatusOr<FlatScene> LoadFromBlobs(const Manifest& manifest);
+  absl::StatusOr<FlatScene> LoadOrRead(const std::string& name, const Manifest& manifest);
+  SceneLoadLimits LoadLimits() const;
+  void Keep(const std::string& name, const FlatScene& scene);
   absl::StatusOr<bool> Publish(const std::string& name, const Manifest& manifest);
   absl::Status RemoveUnwanted(const std::set<std::string>& digests);  // under mutex_
 
   Store* store_;
   SceneCache* cache_;
+  SceneReader* reader_;
+  DerivedStore* derived_;
   const Limits limits_;
   std::mutex mutex_;  // held for short disk work, never while a scene loads
   std::condition_variable changed_;

@@ -14,9 +14,9 @@
 #include "renderer/status.h"
 #include "server/call_log.h"
 #include "server/cpu_pool.h"
+#include "server/derived_store.h"
 #include "server/gl_worker_pool.h"
 #include "server/http.h"
-#include "server/light_data_store.h"
 #include "server/metrics.h"
 #include "server/render_service.h"
 #include "server/scene_catalog.h"
@@ -82,9 +82,9 @@ class WiredServer final : public Server {
         queue_(options.limits.queue, options.contexts),
         in_flight_(options.in_flight_mb << 20),
         results_(options.result_cache_mb << 20),
+        disk_pool_(kDiskPoolThreads),
         pool_(kPoolThreads),
         scene_pool_(kScenePoolThreads),
-        disk_pool_(kDiskPoolThreads),
         encode_pool_(gl::AvailableCpus()) {}
 
   ~WiredServer() override {
@@ -118,13 +118,22 @@ class WiredServer final : public Server {
     ASSIGN_OR_RETURN(store_, Store::Open(options_.scene_store_dir, store_options));
     // A private folder is gone before anyone comes back to it.
     if (!options_.scene_store_dir.empty() && options_.keeps_store) {
-      light_data_store_ = std::make_unique<LightDataStore>(store_.get(), &disk_pool_);
+      derived_store_ = std::make_unique<DerivedStore>(store_.get(), &disk_pool_);
     }
-    RETURN_IF_ERROR(workers_.Start(options_, &queue_, light_data_store_.get(), [this](int lost) {
+    if (options_.fence.loader.empty()) {
+      reader_ = ReadInProcess();
+    } else {
+      ASSIGN_OR_RETURN(reader_, Fence::Raise(options_.fence));
+    }
+    const auto decode = [this](const EncodedImage& image) {
+      return reader_->Decode(image, options_.limits.texture_pixels);
+    };
+    RETURN_IF_ERROR(workers_.Start(options_, &queue_, derived_store_.get(), decode, [this](int lost) {
       lost_contexts_ = lost;
       TellHealth();
     }));
-    ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
+    ASSIGN_OR_RETURN(catalog_,
+                     SceneCatalog::Open(store_.get(), &cache_, reader_.get(), derived_store_.get(), options_.limits));
     plant_.catalog = catalog_.get();
     plant_.slowness = workers_.Slowness();
     plant_.pool = &pool_;
@@ -231,7 +240,8 @@ class WiredServer final : public Server {
   Metrics metrics_;
   CallLog log_{&metrics_};
   std::unique_ptr<Store> store_;
-  std::unique_ptr<LightDataStore> light_data_store_;  // as workers and pools, which use it, need it
+  std::unique_ptr<DerivedStore> derived_store_;  // as workers and pools, which use it, need it
+  std::unique_ptr<SceneReader> reader_;
   SceneCache cache_;
   std::unique_ptr<SceneCatalog> catalog_;
   RenderPlant plant_;
@@ -239,9 +249,9 @@ class WiredServer final : public Server {
   ByteBudget in_flight_;
   ResultCache results_;
   GlWorkerPool workers_;  // outlives the pools
+  CpuPool disk_pool_;     // outlives those that load scenes, and leave it their flat forms
   CpuPool pool_;
   CpuPool scene_pool_;
-  CpuPool disk_pool_;
   CpuPool encode_pool_;
   std::unique_ptr<SceneServiceImpl> scene_service_;
   std::unique_ptr<RenderServiceImpl> render_service_;

@@ -15,7 +15,7 @@ namespace halfshade {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kFolders[kStoreKinds] = {"blobs", "scenes", "light_data"};
+constexpr const char* kFolders[kStoreKinds] = {"blobs", "scenes", "derived"};
 constexpr char kIncoming[] = "incoming";
 constexpr char kLock[] = "lock";
 
@@ -57,19 +57,19 @@ absl::Status Store::Lock() {
 
 absl::Status Store::Scan() {
   std::error_code error;
-  std::vector<std::pair<fs::file_time_type, std::string>> light_data;
+  std::vector<std::pair<fs::file_time_type, std::string>> derived;
   for (int kind = 0; kind < kStoreKinds; ++kind) {
     for (const auto& entry : fs::directory_iterator(fs::path(directory_) / kFolders[kind], error)) {
       const std::string digest = entry.path().filename().string();
       if (!entry.is_regular_file(error) || !IsSha256Hex(digest)) continue;
       sizes_[kind][digest] = entry.file_size(error);
       size_bytes_ += sizes_[kind][digest];
-      if (StoreKind(kind) == StoreKind::kLightData) light_data.emplace_back(entry.last_write_time(error), digest);
+      if (StoreKind(kind) == StoreKind::kDerived) derived.emplace_back(entry.last_write_time(error), digest);
     }
     if (error) return Unusable(directory_, error.message());
   }
-  std::sort(light_data.begin(), light_data.end());
-  for (const auto& [time, digest] : light_data) light_uses_[digest] = next_use_++;
+  std::sort(derived.begin(), derived.end());
+  for (const auto& [time, digest] : derived) derived_uses_[digest] = next_use_++;
   return absl::OkStatus();
 }
 
@@ -142,7 +142,7 @@ absl::StatusOr<std::string> Store::Get(StoreKind kind, const std::string& digest
     const auto found = sizes_[int(kind)].find(digest);
     if (found == sizes_[int(kind)].end()) return absl::NotFoundError(digest + " is not here");
     size = found->second;
-    if (kind == StoreKind::kLightData) light_uses_[digest] = next_use_++;
+    if (kind == StoreKind::kDerived) derived_uses_[digest] = next_use_++;
   }
   // A file that Remove takes away meanwhile is read to its end.
   const int file = files_->Open(Path(kind, digest), O_RDONLY);
@@ -164,7 +164,7 @@ absl::StatusOr<std::string> Store::Get(StoreKind kind, const std::string& digest
   files_->Close(file);
   RETURN_IF_ERROR(error);  // may pass: not the file's fault
   if (uint64_t(status.st_size) != size || bytes.size() != size ||
-      (kind != StoreKind::kLightData && Sha256Hex(bytes) != digest)) {
+      (kind != StoreKind::kDerived && Sha256Hex(bytes) != digest)) {
     Discard(kind, digest, status.st_ino);
     return absl::DataLossError(digest + " was damaged in the scene store and is removed; upload it again");
   }
@@ -199,7 +199,7 @@ void Store::Forget(StoreKind kind, const std::string& digest) {
   if (found == sizes_[int(kind)].end()) return;
   size_bytes_ -= found->second;
   sizes_[int(kind)].erase(found);
-  if (kind == StoreKind::kLightData) light_uses_.erase(digest);
+  if (kind == StoreKind::kDerived) derived_uses_.erase(digest);
 }
 
 std::vector<std::string> Store::List(StoreKind kind) const {

@@ -1,6 +1,7 @@
-// Blobs and scene manifests on disk, content-addressed: the key's hex is the SHA-256 of the bytes. And light data,
-// under any key of that form: what comes back of it is checked by whoever made it, and it is what gives way: it takes
-// what room the rest leaves, and where room is needed it goes first, the longest untouched before the rest.
+// Blobs and scene manifests on disk, content-addressed: the key's hex is the SHA-256 of the bytes. And what is derived
+// of them (flat scenes, light data), under any key of that form: what comes back of it is checked by whoever made it,
+// and it is what gives way: it takes what room the rest leaves, and where room is needed it goes first, the longest
+// untouched before the rest.
 //
 // A value is written to a file in incoming/, synced, renamed, and its folder synced: it is whole under its key or not
 // there, whatever dies when. What is read is checked against its key. A blob that is not whole yet stays in incoming/
@@ -24,7 +25,7 @@
 
 namespace halfshade {
 
-enum class StoreKind { kBlob, kScene, kLightData };
+enum class StoreKind { kBlob, kScene, kDerived };
 inline constexpr int kStoreKinds = 3;
 
 struct StoreOptions {
@@ -82,7 +83,7 @@ class Store {
   // may come (status.h), as when another writer has the value.
   absl::StatusOr<std::unique_ptr<Writer>> Write(StoreKind kind, const std::string& digest, uint64_t size_bytes,
                                                 uint64_t offset_bytes = 0);
-  // Also OK if it is here; light data takes the place of what is.
+  // Also OK if it is here; what is derived takes the place of what is.
   absl::Status Put(StoreKind kind, const std::string& digest, const std::string& bytes);
 
   struct Progress {
@@ -94,8 +95,8 @@ class Store {
   bool Has(StoreKind kind, const std::string& digest) const;
   // Bytes of the value, 0 if it is not here.
   uint64_t SizeOf(StoreKind kind, const std::string& digest) const;
-  // Reads no more than the value's size. NOT_FOUND; DATA_LOSS if the bytes do not fit the key, or of light
-  // data its size (the file is removed).
+  // Reads no more than the value's size. NOT_FOUND; DATA_LOSS if the bytes do not fit the key, or of what
+  // is derived its size (the file is removed).
   absl::StatusOr<std::string> Get(StoreKind kind, const std::string& digest);
   // Those that are here. INTERNAL: some are still here, or may be back after a power cut.
   absl::Status Remove(StoreKind kind, const std::vector<std::string>& digests);
@@ -136,7 +137,7 @@ class Store {
   mutable std::mutex mutex_;
   std::map<std::string, uint64_t> sizes_[kStoreKinds];  // digest -> bytes, by kind
   std::map<std::string, Unfinished> unfinished_;        // by name in incoming/
-  std::map<std::string, uint64_t> light_uses_;          // digest -> last use, larger is later
+  std::map<std::string, uint64_t> derived_uses_;        // digest -> last use, larger is later
   uint64_t size_bytes_ = 0;                             // of all
   uint64_t next_use_ = 0;
 };

@@ -16,7 +16,7 @@ constexpr auto kComeBack = std::chrono::milliseconds(500);
 
 // Blobs lie there under their digest, and a later writer finds them; what is no digest is swept at the next start.
 std::string NameInIncoming(StoreKind kind, const std::string& digest) {
-  return kind == StoreKind::kBlob ? digest : (kind == StoreKind::kScene ? "scene-" : "light-") + digest;
+  return kind == StoreKind::kBlob ? digest : (kind == StoreKind::kScene ? "scene-" : "derived-") + digest;
 }
 
 }  // namespace
@@ -31,7 +31,7 @@ absl::StatusOr<std::unique_ptr<Store::Writer>> Store::Write(StoreKind kind, cons
   const std::string name = NameInIncoming(kind, digest);
   {
     const std::lock_guard lock(mutex_);
-    if (kind != StoreKind::kLightData && sizes_[int(kind)].contains(digest)) {
+    if (kind != StoreKind::kDerived && sizes_[int(kind)].contains(digest)) {
       return absl::AlreadyExistsError(digest + " is here");
     }
     const auto found = unfinished_.find(name);
@@ -79,8 +79,8 @@ absl::Status Store::OpenIncoming(Writer& writer) {
   return absl::OkStatus();
 }
 
-// Room for `bytes` under `name`, at the cost of light data and then of idle unfinished blobs, the longest untouched
-// first; none of them goes if that is not enough. For light data no blob goes.
+// Room for `bytes` under `name`, at the cost of what is derived and then of idle unfinished blobs, the longest
+// untouched first; none of them goes if that is not enough. For what is derived no blob goes.
 absl::Status Store::MakeRoom(StoreKind kind, const std::string& name, uint64_t bytes) {
   uint64_t own_bytes = 0, under_way_bytes = 0;
   uint32_t under_way = 0;
@@ -89,7 +89,7 @@ absl::Status Store::MakeRoom(StoreKind kind, const std::string& name, uint64_t b
   for (const auto& [other, unfinished] : unfinished_) {
     if (other == name) {
       own_bytes = unfinished.bytes;
-    } else if (unfinished.writer != nullptr || kind == StoreKind::kLightData) {
+    } else if (unfinished.writer != nullptr || kind == StoreKind::kDerived) {
       ++under_way;
       under_way_bytes += unfinished.bytes;
     } else {
@@ -102,13 +102,13 @@ absl::Status Store::MakeRoom(StoreKind kind, const std::string& name, uint64_t b
                              " uploads at a time; " + std::to_string(under_way) + " are under way",
                          kComeBack);
   }
-  std::vector<std::pair<uint64_t, std::string>> light_data;  // by last use
-  uint64_t light_bytes = 0;
-  for (const auto& [digest, use] : light_uses_) {
-    light_data.emplace_back(use, digest);
-    light_bytes += sizes_[int(StoreKind::kLightData)][digest];
+  std::vector<std::pair<uint64_t, std::string>> derived;  // by last use
+  uint64_t derived_bytes = 0;
+  for (const auto& [digest, use] : derived_uses_) {
+    derived.emplace_back(use, digest);
+    derived_bytes += sizes_[int(StoreKind::kDerived)][digest];
   }
-  const uint64_t taken = size_bytes_ - own_bytes - idle_bytes - light_bytes;
+  const uint64_t taken = size_bytes_ - own_bytes - idle_bytes - derived_bytes;
   if (taken + bytes > options_.max_bytes) {
     const std::string message = "the scene store is full: " + std::to_string(taken) + " of " +
                                 std::to_string(options_.max_bytes) + " bytes are taken, " + std::to_string(bytes) +
@@ -118,11 +118,11 @@ absl::Status Store::MakeRoom(StoreKind kind, const std::string& name, uint64_t b
     }
     return absl::ResourceExhaustedError(message + "; delete scenes");
   }
-  std::sort(light_data.begin(), light_data.end());
-  for (const auto& [use, digest] : light_data) {
+  std::sort(derived.begin(), derived.end());
+  for (const auto& [use, digest] : derived) {
     if (size_bytes_ - own_bytes + bytes <= options_.max_bytes) break;
-    files_->Unlink(Path(StoreKind::kLightData, digest));
-    Forget(StoreKind::kLightData, digest);
+    files_->Unlink(Path(StoreKind::kDerived, digest));
+    Forget(StoreKind::kDerived, digest);
   }
   std::sort(idle.begin(), idle.end());
   size_t left = idle.size();
@@ -205,7 +205,7 @@ absl::Status Store::Writer::Append(const std::string& bytes) {
 
 absl::Status Store::Writer::Commit() {
   RETURN_IF_ERROR(Begin());
-  if (const std::string actual = sha_.FinishHex(); kind_ != StoreKind::kLightData && actual != digest_) {
+  if (const std::string actual = sha_.FinishHex(); kind_ != StoreKind::kDerived && actual != digest_) {
     is_worthless_ = true;
     return absl::InvalidArgumentError("digest: " + digest_ + "; the bytes have " + actual);
   }
@@ -224,7 +224,7 @@ absl::Status Store::Writer::Commit() {
   const std::lock_guard lock(store_->mutex_);
   store_->Forget(kind_, digest_);
   store_->sizes_[int(kind_)][digest_] = size_bytes_;
-  if (kind_ == StoreKind::kLightData) store_->light_uses_[digest_] = store_->next_use_++;
+  if (kind_ == StoreKind::kDerived) store_->derived_uses_[digest_] = store_->next_use_++;
   store_->size_bytes_ -= store_->unfinished_[name].bytes - size_bytes_;
   store_->unfinished_.erase(name);
   store_ = nullptr;  // nothing to give back

@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "client/client.h"
+#include "renderer/scene_loader/decode_image.h"
 #include "tests/integration/service_fixture.h"
 
 namespace halfshade {
@@ -78,7 +79,8 @@ class LostGlContextTest : public LostContextTest {
   void SetUp() override {
     options_.listen = "127.0.0.1:0";
     options_.canary_ms = 3'600'000;  // or it would take the faults that are meant for a render
-    const RendererFactory make = MakeGlRendererFactory({}, 1 << 20, {});
+    const RendererFactory make =
+        MakeGlRendererFactory({}, [](const EncodedImage& image) { return DecodeImage(image, 1 << 20); }, {});
     options_.renderer_factory = [this, make]() -> absl::StatusOr<WorkerRenderer> {
       auto worker = make();
       const std::lock_guard lock(mutex_);

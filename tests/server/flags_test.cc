@@ -90,6 +90,16 @@ TEST(FlagsTest, AddressesBeyondLoopbackNeedAWordThatTheyAreMeant) {
   EXPECT_EQ(Parse("--admin", "off", &options), -1);
 }
 
+TEST(FlagsTest, ScenesAreReadByTheProgramBesideUnlessTold) {
+  ServerOptions options;
+  EXPECT_EQ(Parse("--queue", "1", &options), -1);
+  EXPECT_TRUE(options.fence.loader.ends_with("/halfshade-scene-loader")) << options.fence.loader;
+  EXPECT_EQ(Parse("--scene-loader", "/opt/loader", &options), -1);
+  EXPECT_EQ(options.fence.loader, "/opt/loader");
+  EXPECT_EQ(Parse("--scene-loader", "none", &options), -1);
+  EXPECT_EQ(options.fence.loader, "");
+}
+
 TEST(FlagsTest, FlagsOfLaterVersionsSaySo) {
   ServerOptions options;
   testing::internal::CaptureStderr();
@@ -106,7 +116,10 @@ TEST(FlagsTest, BoundsOfTheStoreAndTheCachesHoldOnBothSides) {
                         {"--scene-cache-mb", "1", "1073741824", "0", "1073741825"},
                         {"--view-cache-mb", "1", "1073741824", "0", "1073741825"},
                         {"--result-cache-mb", "0", "1073741824", "-1", "1073741825"},
-                        {"--max-unfinished-uploads", "1", "1048576", "0", "1048577"}};
+                        {"--max-unfinished-uploads", "1", "1048576", "0", "1048577"},
+                        {"--loader-memory-mb", "64", "1048576", "63", "1048577"},
+                        {"--loader-cpu-s", "1", "3600", "0", "3601"},
+                        {"--loader-wall-s", "1", "3600", "0", "3601"}};
   for (const Case& c : cases) {
     for (const std::string& value : {c.smallest, c.largest}) {
       ServerOptions options;
@@ -114,7 +127,9 @@ TEST(FlagsTest, BoundsOfTheStoreAndTheCachesHoldOnBothSides) {
       const bool is_set =
           std::to_string(options.scene_store_mb) == value || std::to_string(options.scene_cache_mb) == value ||
           std::to_string(options.result_cache_mb) == value || std::to_string(options.view_cache_mb) == value ||
-          std::to_string(options.limits.unfinished_uploads) == value;
+          std::to_string(options.limits.unfinished_uploads) == value ||
+          std::to_string(options.fence.memory_mb) == value || std::to_string(options.fence.cpu_s) == value ||
+          std::to_string(options.fence.wall_s) == value;
       EXPECT_TRUE(is_set) << c.flag << " " << value;
     }
     for (const std::string& value : {c.below, c.above, std::string("x")}) {

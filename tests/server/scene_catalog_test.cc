@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "client/glb_writer.h"
+#include "renderer/scene/flat_form.h"
+#include "server/cpu_pool.h"
 #include "server/digest.h"
 #include "server/scene_name.h"
 #include "tests/client/temporary_folder.h"
@@ -56,11 +59,24 @@ class GateFiles : public FileOperations {
   int waiting_ = 0;
 };
 
+class CountingReader : public SceneReader {
+ public:
+  absl::StatusOr<FlatScene> Load(const std::string& root, const FileMap& files,
+                                 const SceneLoadLimits& limits) override {
+    ++loads;
+    return LoadGltf(root, files, limits);
+  }
+  absl::StatusOr<Rgba8Image> Decode(const EncodedImage&, uint64_t) override { return absl::UnimplementedError(""); }
+  std::atomic<int> loads{0};
+};
+
 class SceneCatalogTest : public testing::Test {
  protected:
   void SetUp() override { Open(); }
   void Open() {
     catalog_.reset();
+    pool_.reset();
+    derived_.reset();
     cache_ = std::make_unique<SceneCache>(64 << 20);
     store_.reset();
     StoreOptions options{64 << 20};
@@ -68,7 +84,10 @@ class SceneCatalogTest : public testing::Test {
     auto store = Store::Open(folder_.path(), options);
     ASSERT_OK(store);
     store_ = *std::move(store);
-    auto catalog = SceneCatalog::Open(store_.get(), cache_.get(), limits_);
+    if (keeps_flat_) {
+      derived_ = std::make_unique<DerivedStore>(store_.get(), (pool_ = std::make_unique<CpuPool>(1)).get());
+    }
+    auto catalog = SceneCatalog::Open(store_.get(), cache_.get(), &reader_, derived_.get(), limits_);
     ASSERT_OK(catalog);
     catalog_ = *std::move(catalog);
   }
@@ -97,7 +116,11 @@ class SceneCatalogTest : public testing::Test {
 
   const TemporaryFolder folder_;
   GateFiles files_;
+  CountingReader reader_;
+  std::unique_ptr<CpuPool> pool_;  // of derived_, where a test has one
+  std::unique_ptr<DerivedStore> derived_;
   Limits limits_;
+  bool keeps_flat_ = false;
   std::unique_ptr<Store> store_;
   std::unique_ptr<SceneCache> cache_;
   std::unique_ptr<SceneCatalog> catalog_;
@@ -214,6 +237,70 @@ TEST_F(SceneCatalogTest, ValidateOnlyKeepsNothing) {
   EXPECT_OK(Create(plate, {}, true));
   EXPECT_FALSE(catalog_->Has(SceneName(plate, {})));
   EXPECT_EQ(cache_->counters().bytes, 0u);
+}
+
+// What is kept of a scene so that it is not read again.
+class FlatScenesInTheStoreTest : public SceneCatalogTest {
+ protected:
+  void SetUp() override {
+    keeps_flat_ = true;
+    Open();
+    plate_digest_ = Put(plate_);
+    name_ = SceneName(plate_digest_, {});
+    ASSERT_OK(Create(plate_digest_));
+    Open();  // all is written
+    ASSERT_EQ(store_->List(StoreKind::kDerived).size(), 1u);
+    file_ = "derived/" + store_->List(StoreKind::kDerived)[0];
+    reader_.loads = 0;
+  }
+  std::string plate_digest_, name_, file_;
+};
+
+TEST_F(FlatScenesInTheStoreTest, AfterARestartNothingIsReadAgain) {
+  const std::string bytes = FlatSceneBytes(*LoadGltf(plate_, {}, {}));
+  double load_ms = 0;
+  const auto scene = catalog_->Load(name_, &load_ms);
+  ASSERT_OK(scene);
+  EXPECT_EQ(FlatSceneBytes(**scene), bytes);
+  EXPECT_EQ(*store_->Get(StoreKind::kDerived, file_.substr(8)), bytes);
+  EXPECT_OK(Create(plate_digest_));
+  EXPECT_EQ(reader_.loads, 0);
+}
+
+TEST_F(FlatScenesInTheStoreTest, ADamagedOneIsReadAndWrittenAgain) {
+  std::string bytes = *store_->Get(StoreKind::kDerived, file_.substr(8));
+  for (const size_t at : {size_t(8), bytes.size() / 2}) {  // its version, and anything else
+    ++bytes[at];
+    ASSERT_OK(store_->Put(StoreKind::kDerived, file_.substr(8), bytes));
+    Open();
+    reader_.loads = 0;
+    EXPECT_OK(Load(name_));
+    EXPECT_EQ(reader_.loads, 1);
+    Open();
+    EXPECT_OK(Load(name_));
+    EXPECT_EQ(reader_.loads, 1);
+    bytes = *store_->Get(StoreKind::kDerived, file_.substr(8));
+  }
+}
+
+TEST_F(FlatScenesInTheStoreTest, UnderOtherLimitsTheFileIsReadAgain) {
+  limits_.scene_triangles = 1;
+  Open();
+  EXPECT_THAT(Load(name_), StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("triangles")));
+  EXPECT_EQ(reader_.loads, 1);
+}
+
+TEST_F(FlatScenesInTheStoreTest, ItGoesWithItsScene) {
+  ASSERT_OK(catalog_->Delete(name_));
+  EXPECT_TRUE(store_->List(StoreKind::kDerived).empty());
+  EXPECT_EQ(store_->size_bytes(), 0u);
+}
+
+TEST_F(FlatScenesInTheStoreTest, OfWhatIsOnlyValidatedNothingIsKept) {
+  const std::string other = Put(other_);
+  EXPECT_OK(Create(other, {}, true));
+  Open();
+  EXPECT_EQ(store_->List(StoreKind::kDerived).size(), 1u);
 }
 
 TEST_F(SceneCatalogTest, BlobsOverTheScenesBoundAreNotEvenRead) {

@@ -389,30 +389,30 @@ class LightDataInStoreTest : public StoreTest {
 TEST_F(LightDataInStoreTest, StandsUnderAnyKeyIsReplacedAndOutlivesARestart) {
   {
     const auto store = Open();
-    ASSERT_OK(store->Put(StoreKind::kLightData, Key(0), "first"));
-    ASSERT_OK(store->Put(StoreKind::kLightData, Key(0), "second one"));
+    ASSERT_OK(store->Put(StoreKind::kDerived, Key(0), "first"));
+    ASSERT_OK(store->Put(StoreKind::kDerived, Key(0), "second one"));
     EXPECT_EQ(store->size_bytes(), 10u);
   }
   const auto store = Open();
-  EXPECT_EQ(*store->Get(StoreKind::kLightData, Key(0)), "second one");
+  EXPECT_EQ(*store->Get(StoreKind::kDerived, Key(0)), "second one");
   EXPECT_EQ(store->size_bytes(), 10u);
-  ASSERT_OK(store->Remove(StoreKind::kLightData, {Key(0)}));
+  ASSERT_OK(store->Remove(StoreKind::kDerived, {Key(0)}));
   EXPECT_EQ(store->size_bytes(), 0u);
-  EXPECT_EQ(store->Get(StoreKind::kLightData, Key(0)).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(store->Get(StoreKind::kDerived, Key(0)).status().code(), absl::StatusCode::kNotFound);
 }
 
 TEST_F(LightDataInStoreTest, TheLongestUntouchedGoesForOthersAndForBlobs) {
   const auto store = Open(100);
-  for (int i = 0; i < 3; ++i) ASSERT_OK(store->Put(StoreKind::kLightData, Key(i), std::string(30, 'a')));
-  ASSERT_OK(store->Get(StoreKind::kLightData, Key(0)));
-  ASSERT_OK(store->Put(StoreKind::kLightData, Key(3), std::string(30, 'b')));
-  EXPECT_FALSE(store->Has(StoreKind::kLightData, Key(1)));
-  for (const int i : {0, 2, 3}) EXPECT_TRUE(store->Has(StoreKind::kLightData, Key(i))) << i;
+  for (int i = 0; i < 3; ++i) ASSERT_OK(store->Put(StoreKind::kDerived, Key(i), std::string(30, 'a')));
+  ASSERT_OK(store->Get(StoreKind::kDerived, Key(0)));
+  ASSERT_OK(store->Put(StoreKind::kDerived, Key(3), std::string(30, 'b')));
+  EXPECT_FALSE(store->Has(StoreKind::kDerived, Key(1)));
+  for (const int i : {0, 2, 3}) EXPECT_TRUE(store->Has(StoreKind::kDerived, Key(i))) << i;
   const std::string blob(45, 'x');
   ASSERT_OK(store->Put(StoreKind::kBlob, Sha256Hex(blob), blob));
-  EXPECT_FALSE(store->Has(StoreKind::kLightData, Key(2)));
-  EXPECT_FALSE(store->Has(StoreKind::kLightData, Key(0)));
-  EXPECT_TRUE(store->Has(StoreKind::kLightData, Key(3)));
+  EXPECT_FALSE(store->Has(StoreKind::kDerived, Key(2)));
+  EXPECT_FALSE(store->Has(StoreKind::kDerived, Key(0)));
+  EXPECT_TRUE(store->Has(StoreKind::kDerived, Key(3)));
   EXPECT_EQ(store->size_bytes(), 75u);
 }
 
@@ -421,20 +421,19 @@ TEST_F(LightDataInStoreTest, TakesNoRoomFromBlobsOrUploadsUnderWay) {
   ASSERT_OK(store->Put(StoreKind::kBlob, digest_, bytes_));
   const std::string cut(60, 'y');
   Cut(*store, cut, 40);
-  EXPECT_OK(store->Put(StoreKind::kLightData, Key(0), std::string(50, 'a')));
-  EXPECT_EQ(store->Put(StoreKind::kLightData, Key(1), std::string(51, 'a')).code(),
-            absl::StatusCode::kResourceExhausted);
+  EXPECT_OK(store->Put(StoreKind::kDerived, Key(0), std::string(50, 'a')));
+  EXPECT_EQ(store->Put(StoreKind::kDerived, Key(1), std::string(51, 'a')).code(), absl::StatusCode::kResourceExhausted);
   EXPECT_TRUE(store->Has(StoreKind::kBlob, digest_));
   EXPECT_EQ(store->Query(Sha256Hex(cut)).committed_bytes, 40u);
-  EXPECT_TRUE(store->Has(StoreKind::kLightData, Key(0))) << "nothing goes where that is not enough";
+  EXPECT_TRUE(store->Has(StoreKind::kDerived, Key(0))) << "nothing goes where that is not enough";
 }
 
 TEST_F(LightDataInStoreTest, OneThatIsShorterThanItWasIsDataLoss) {
   const auto store = Open();
-  ASSERT_OK(store->Put(StoreKind::kLightData, Key(0), "some light data"));
-  fs::resize_file(folder_ / "light_data" / Key(0), 4);
-  EXPECT_EQ(store->Get(StoreKind::kLightData, Key(0)).status().code(), absl::StatusCode::kDataLoss);
-  EXPECT_FALSE(store->Has(StoreKind::kLightData, Key(0)));
+  ASSERT_OK(store->Put(StoreKind::kDerived, Key(0), "some light data"));
+  fs::resize_file(folder_ / "derived" / Key(0), 4);
+  EXPECT_EQ(store->Get(StoreKind::kDerived, Key(0)).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_FALSE(store->Has(StoreKind::kDerived, Key(0)));
 }
 
 }  // namespace

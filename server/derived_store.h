@@ -1,5 +1,6 @@
-// The renderer's LightStore over the store on disk. Reading blocks the caller, a GL worker, for what it saves many
-// times over; writing is left to a pool, and what a second write would delay by more than kMaxPendingBytes is not kept.
+// What is made of a scene and can be made again, over the store on disk: its flat form, and the renderer's light data.
+// Reading blocks the caller for what it saves many times over; writing is left to a pool, and what a second write would
+// delay by more than kMaxPendingBytes is not kept. Thread-safe.
 #pragma once
 
 #include <atomic>
@@ -11,11 +12,11 @@
 
 namespace halfshade {
 
-class LightDataStore final : public LightStore {
+class DerivedStore final : public LightStore {
  public:
   static constexpr uint64_t kMaxPendingBytes = 512 << 20;
   // Both outlive it; `pool` is joined before it dies.
-  LightDataStore(Store* store, CpuPool* pool) : store_(store), pool_(pool) {}
+  DerivedStore(Store* store, CpuPool* pool) : store_(store), pool_(pool) {}
   std::string Get(const std::string& scene_name, const std::string& key) override;
   void Put(const std::string& scene_name, const std::string& key, std::string bytes) override;
 
@@ -25,7 +26,7 @@ class LightDataStore final : public LightStore {
   std::atomic<uint64_t> pending_bytes_{0};
 };
 
-// All light data of a scene.
-absl::Status RemoveLightData(Store* store, const std::string& scene_name);
+// All that is derived of a scene.
+absl::Status RemoveDerived(Store* store, const std::string& scene_name);
 
 }  // namespace halfshade

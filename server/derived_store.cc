@@ -1,4 +1,4 @@
-#include "server/light_data_store.h"
+#include "server/derived_store.h"
 
 #include <spdlog/spdlog.h>
 
@@ -12,7 +12,7 @@
 namespace halfshade {
 namespace {
 
-constexpr size_t kPrefixDigits = 32;  // 128 bits tell scenes apart, and as many a scene's light data
+constexpr size_t kPrefixDigits = 32;  // 128 bits tell scenes apart, and as many what is derived of it
 
 // Names of one scene begin alike, so that they can be found again without the keys.
 std::string PrefixOf(const std::string& scene_name) {
@@ -26,12 +26,12 @@ std::string NameOf(const std::string& scene_name, const std::string& key) {
 
 }  // namespace
 
-std::string LightDataStore::Get(const std::string& scene_name, const std::string& key) {
-  absl::StatusOr<std::string> bytes = store_->Get(StoreKind::kLightData, NameOf(scene_name, key));
+std::string DerivedStore::Get(const std::string& scene_name, const std::string& key) {
+  absl::StatusOr<std::string> bytes = store_->Get(StoreKind::kDerived, NameOf(scene_name, key));
   return bytes.ok() ? *std::move(bytes) : std::string();
 }
 
-void LightDataStore::Put(const std::string& scene_name, const std::string& key, std::string bytes) {
+void DerivedStore::Put(const std::string& scene_name, const std::string& key, std::string bytes) {
   const uint64_t size = bytes.size();
   if (pending_bytes_.fetch_add(size) + size > kMaxPendingBytes) {
     pending_bytes_ -= size;
@@ -40,17 +40,17 @@ void LightDataStore::Put(const std::string& scene_name, const std::string& key, 
   const auto shared = std::make_shared<const std::string>(std::move(bytes));
   pool_->Run([this, name = NameOf(scene_name, key), shared, size] {
     // What does not fit is built again another time.
-    const absl::Status status = store_->Put(StoreKind::kLightData, name, *shared);
-    if (!status.ok()) spdlog::info("light data is not kept: {}", std::string(status.message()));
+    const absl::Status status = store_->Put(StoreKind::kDerived, name, *shared);
+    if (!status.ok()) spdlog::info("derived data is not kept: {}", std::string(status.message()));
     pending_bytes_ -= size;
   });
 }
 
-absl::Status RemoveLightData(Store* store, const std::string& scene_name) {
-  std::vector<std::string> names = store->List(StoreKind::kLightData);
+absl::Status RemoveDerived(Store* store, const std::string& scene_name) {
+  std::vector<std::string> names = store->List(StoreKind::kDerived);
   const std::string prefix = PrefixOf(scene_name);
   std::erase_if(names, [&](const std::string& name) { return !name.starts_with(prefix); });
-  return names.empty() ? absl::OkStatus() : store->Remove(StoreKind::kLightData, names);
+  return names.empty() ? absl::OkStatus() : store->Remove(StoreKind::kDerived, names);
 }
 
 }  // namespace halfshade
