@@ -29,7 +29,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr size_t kMaxReason = 1024;  // of what a loader says on its way out
 
-thread_local Fence::Use use_of_last_task;
+thread_local double cpu_s_of_last_task = 0;
 
 absl::Status SystemError(const std::string& what, int error = errno) {
   return absl::InternalError("scene loader: " + what + ": " + std::strerror(error));
@@ -116,7 +116,7 @@ absl::StatusOr<std::string> ReadAll(int file) {
 
 }  // namespace
 
-const Fence::Use& Fence::last_use() { return use_of_last_task; }
+double Fence::last_cpu_s() { return cpu_s_of_last_task; }
 
 struct Fence::Task {
   std::string place;  // begins the message of what fails
@@ -151,13 +151,12 @@ absl::StatusOr<std::string> Fence::Run(const Task& task) const {
   while (wait4(process, &end, 0, &usage) < 0) {
     if (errno != EINTR) return SystemError("wait4");
   }
-  use_of_last_task.peak_bytes = uint64_t(usage.ru_maxrss) << 10;
-  use_of_last_task.cpu_s = double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-                           1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+  cpu_s_of_last_task = double(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+                       1e-6 * double(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
   const int code = WIFEXITED(end) ? WEXITSTATUS(end) : -1, signal = WIFSIGNALED(end) ? WTERMSIG(end) : 0;
   if (code == kExitAnswered) return ReadAll(out.get());
-  spdlog::warn("scene loader: {} {}, after {:.2f} s of CPU time and {} MB: {}", signal != 0 ? "signal" : "exit code",
-               signal != 0 ? signal : code, use_of_last_task.cpu_s, use_of_last_task.peak_bytes >> 20, said);
+  spdlog::warn("scene loader: {} {}, after {:.2f} s of CPU time: {}", signal != 0 ? "signal" : "exit code",
+               signal != 0 ? signal : code, cpu_s_of_last_task, said);
   const auto too_much = [&](const std::string& what) {
     return absl::ResourceExhaustedError(task.place + ": reading its " + std::to_string(task.bytes) +
                                         " bytes takes more than " + what);

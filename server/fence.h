@@ -27,12 +27,6 @@ struct FenceOptions {
 
 class Fence final : public SceneReader {
  public:
-  // What a task took.
-  struct Use {
-    uint64_t peak_bytes = 0;
-    double cpu_s = 0;
-  };
-
   // Reads an empty scene to see that it stands: FAILED_PRECONDITION with what is wrong.
   static absl::StatusOr<std::unique_ptr<Fence>> Raise(const FenceOptions& options);
 
@@ -42,8 +36,8 @@ class Fence final : public SceneReader {
   absl::StatusOr<FlatScene> Load(const std::string& root, const FileMap& files, const SceneLoadLimits& limits) override;
   absl::StatusOr<Rgba8Image> Decode(const EncodedImage& image, uint64_t max_pixels) override;
 
-  // Of the last task of this thread.
-  static const Use& last_use();
+  // What the loader took for the last task of this thread.
+  static double last_cpu_s();
 
  private:
   struct Task;

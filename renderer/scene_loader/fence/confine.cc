@@ -19,7 +19,10 @@
 namespace halfshade {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if !defined(__has_feature)
+#define __has_feature(feature) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || __has_feature(address_sanitizer)
 constexpr bool kHasSanitizer = true;  // which reserves terabytes
 #else
 constexpr bool kHasSanitizer = false;
