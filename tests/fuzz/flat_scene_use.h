@@ -1,0 +1,41 @@
+// What everything does with a scene that was let in: if any of it can go wrong, the check before it is not enough.
+#pragma once
+
+#include <cstdlib>
+#include <string>
+#include <utility>
+
+#include "renderer/scene/animate.h"
+#include "renderer/scene/check_flat_scene.h"
+#include "renderer/scene/deform.h"
+#include "renderer/scene/flat_form.h"
+#include "renderer/scene/pose.h"
+
+namespace halfshade {
+
+inline void Require(bool holds) {
+  if (!holds) std::abort();
+}
+
+inline void UseScene(const FlatScene& scene) {
+  for (uint32_t i = 0; i < scene.scenes.size() && i < 4; ++i) Require(BuildPose(scene, i).ok());
+  for (uint32_t i = 0; i < scene.animations.size() && i < 4; ++i) {
+    for (const double time_s : {0.0, 0.5 * scene.animations[i].duration_s, scene.animations[i].duration_s}) {
+      const Motion motion = Animate(scene, {i, time_s});
+      FlatScene copy = scene;
+      // It may reach too far. Where it does not, it is as valid as it was.
+      if (Deform(motion.overrides, motion.morph_weights, &copy).ok()) Require(CheckFlatScene(copy).ok());
+    }
+  }
+}
+
+// Of a scene that our own loader made.
+inline void UseLoadedScene(const FlatScene& scene) {
+  Require(CheckFlatScene(scene).ok());
+  const std::string bytes = FlatSceneBytes(scene);
+  const auto read = ReadFlatScene(bytes);
+  Require(read.ok() && FlatSceneBytes(*read) == bytes);
+  UseScene(scene);
+}
+
+}  // namespace halfshade
