@@ -157,7 +157,7 @@ double ShaftError(const MethodFacts& facts, int rows) {
 }
 
 int ShaftRowsFor(const MethodFacts& facts, double max_error) {
-  int rows = 8;
+  int rows = 4;
   while (rows < kMostRows && ShaftError(facts, rows) > max_error) rows *= 2;
   return rows;
 }

@@ -76,7 +76,7 @@ CpuReceivers OnGround(const std::vector<glm::vec3>& points) {
 }
 
 class RowsTest : public testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Rows, RowsTest, testing::Values(8, 16, 32, 64));
+INSTANTIATE_TEST_SUITE_P(Rows, RowsTest, testing::Values(4, 8, 16, 32, 64));
 
 // An edge across the rows is met to a fraction of a sample in each, and those of R rows add up to what van der Corput's
 // shifts miss of an arc: 2 (log2(R) / 3 + 1). An edge along them cuts as many rows as they lean, together to a sample.
