@@ -10,13 +10,11 @@
 
 namespace halfshade {
 
-// Metres from the origin that a vertex may have, in its mesh and in the world: float still holds the square.
-inline constexpr double kMaxCoordinateM = 1e18;
-
 // Writes positions, normals, tangents, triangles, bounds and clusters of every FlatScene::deformed mesh: targets first,
 // by `morph_weights` (as many as FlatScene::morph_weights), then joints where the overrides put them. Weights of joints
 // are taken in proportion. Skinned meshes then stand in world space, the others in their nodes'. Triangles without area
-// are left out, so a mesh may come to have none. INVALID_ARGUMENT where a vertex ends over kMaxCoordinateM away.
+// are left out, so a mesh may come to have none. INVALID_ARGUMENT where a vertex ends over kMaxCoordinateM (pose.h)
+// away.
 absl::Status Deform(const std::vector<NodeOverride>& overrides, const std::vector<float>& morph_weights,
                     FlatScene* scene);
 

@@ -1,10 +1,13 @@
 #include "renderer/scene/pose.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <string>
 #include <unordered_map>
+
+#include "renderer/status.h"
 
 namespace halfshade {
 namespace {
@@ -17,13 +20,8 @@ std::unordered_map<uint32_t, const NodeOverride*> ByNode(const std::vector<NodeO
 }
 
 // Of the vertices of what is drawn. The corners of the mesh's box tell whether any of them could be outside.
-void AddBounds(const FlatScene& scene, const Mesh& mesh, const glm::dmat4& world_from_mesh, Box3d* bounds_ws) {
-  Box3d corners;
-  for (int corner = 0; corner < 8; ++corner) {
-    glm::dvec4 position(0, 0, 0, 1);
-    for (int i = 0; i < 3; ++i) position[i] = corner >> i & 1 ? mesh.bounds.max[i] : mesh.bounds.min[i];
-    corners.Add(glm::dvec3(world_from_mesh * position));
-  }
+void AddBounds(const FlatScene& scene, const Mesh& mesh, const glm::dmat4& world_from_mesh, const Box3d& corners,
+               Box3d* bounds_ws) {
   // Beyond what rounding could move a vertex out of its box.
   const glm::dvec3 slack = 1e-12 * (glm::abs(corners.min) + glm::abs(corners.max));
   const bool is_inside = !bounds_ws->IsEmpty() && glm::all(glm::greaterThan(corners.min - slack, bounds_ws->min)) &&
@@ -35,8 +33,8 @@ void AddBounds(const FlatScene& scene, const Mesh& mesh, const glm::dmat4& world
 }
 
 // The node's meshes at each of its places; `instance` has what they share.
-void AddInstances(const FlatScene& scene, const Node& node, const glm::dmat4& world_from_node, Instance instance,
-                  Pose* pose) {
+absl::Status AddInstances(const FlatScene& scene, const Node& node, const glm::dmat4& world_from_node,
+                          Instance instance, Pose* pose) {
   for (uint32_t p = 0; p < std::max(1u, node.place_count); ++p) {
     const glm::dmat4 world_from_place = WorldFromPlace(scene, node, p, world_from_node);
     for (uint32_t m = node.first_mesh; m < node.first_mesh + node.mesh_count; ++m) {
@@ -44,13 +42,33 @@ void AddInstances(const FlatScene& scene, const Node& node, const glm::dmat4& wo
       if (mesh.index_count == 0) continue;
       instance.mesh = m;
       instance.world_from_mesh = glm::translate(world_from_place, mesh.origin);
-      if (instance.is_visible) AddBounds(scene, mesh, instance.world_from_mesh, &pose->bounds_ws);
+      const std::optional<Box3d> corners = BoxInWorld(mesh, instance.world_from_mesh);
+      if (!corners) {
+        return absl::InvalidArgumentError("/nodes/" + std::to_string(instance.node) +
+                                          ": its mesh reaches over 1e18 m away");
+      }
+      if (instance.is_visible) AddBounds(scene, mesh, instance.world_from_mesh, *corners, &pose->bounds_ws);
       pose->instances.push_back(instance);
     }
   }
+  return absl::OkStatus();
 }
 
 }  // namespace
+
+std::optional<Box3d> BoxInWorld(const Mesh& mesh, const glm::dmat4& world_from_mesh) {
+  Box3d corners;
+  for (int corner = 0; corner < 8; ++corner) {
+    glm::dvec4 position(0, 0, 0, 1);
+    for (int i = 0; i < 3; ++i) position[i] = corner >> i & 1 ? mesh.bounds.max[i] : mesh.bounds.min[i];
+    const glm::dvec3 world(world_from_mesh * position);
+    for (int i = 0; i < 3; ++i) {
+      if (!(std::abs(world[i]) <= kMaxCoordinateM)) return std::nullopt;
+    }
+    corners.Add(world);
+  }
+  return corners;
+}
 
 glm::dmat4 WorldFromPlace(const FlatScene& scene, const Node& node, uint32_t index, const glm::dmat4& world_from_node) {
   if (node.place_count == 0) return world_from_node;
@@ -133,7 +151,7 @@ absl::StatusOr<Pose> BuildPose(const FlatScene& scene, uint32_t scene_index,
       instance.is_visible = visit.is_visible;
       instance.casts = visit.casts;
       instance.receives = visit.receives;
-      AddInstances(scene, node, node.skin >= 0 ? glm::dmat4(1) : world_from_node, instance, &pose);
+      RETURN_IF_ERROR(AddInstances(scene, node, node.skin >= 0 ? glm::dmat4(1) : world_from_node, instance, &pose));
     }
     const std::vector<uint32_t>& below = children[visit.node];
     for (auto child = below.rbegin(); child != below.rend(); ++child) {

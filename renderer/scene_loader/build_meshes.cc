@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "renderer/scene/pose.h"
 #include "renderer/scene_loader/tinygltf.h"
 #include "renderer/status.h"
 

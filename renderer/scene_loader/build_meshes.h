@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene/deform.h"
 #include "renderer/scene/flat_scene.h"
 #include "renderer/scene_loader/accessor_reader.h"
 #include "renderer/scene_loader/build_materials.h"

@@ -7,6 +7,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <map>
 
+#include "renderer/scene/deform.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene_loader/build_meshes.h"
 #include "renderer/scene_loader/build_motion.h"
@@ -106,12 +107,17 @@ class Builder {
   }
 
   // Its own, else the mesh's, else zeros: as many as the mesh has targets.
-  void BuildWeights(const tinygltf::Node& source, Node* node) {
-    if (source.mesh < 0) return;
+  absl::Status BuildWeights(const tinygltf::Node& source, Node* node) {
+    if (source.mesh < 0) return absl::OkStatus();
     const tinygltf::Mesh& mesh = model_.meshes[size_t(source.mesh)];
     node->first_weight = uint32_t(scene_.morph_weights.size());
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
       node->weight_count = std::max(node->weight_count, uint32_t(primitive.targets.size()));
+    }
+    if ((scene_.morph_weights.size() + node->weight_count) * sizeof(float) > limits_.max_scene_bytes) {
+      return absl::InvalidArgumentError(Pointer("nodes", scene_.nodes.size()) +
+                                        ": weights of morph targets take over " +
+                                        std::to_string(limits_.max_scene_bytes) + " bytes, the limit");
     }
     const std::vector<double>& weights = source.weights.empty() ? mesh.weights : source.weights;
     if (!weights.empty() && weights.size() != node->weight_count) {
@@ -122,6 +128,7 @@ class Builder {
     for (size_t i = 0; i < node->weight_count; ++i) {
       scene_.morph_weights.push_back(i < weights.size() ? float(weights[i]) : 0.0f);
     }
+    return absl::OkStatus();
   }
 
   absl::Status BuildNodes() {
@@ -137,7 +144,7 @@ class Builder {
         node.skin = source.skin;
       }
       node.camera = source.camera;
-      BuildWeights(source, &node);
+      RETURN_IF_ERROR(BuildWeights(source, &node));
       if (const auto extensions = gltf_.node_extensions.find(i); extensions != gltf_.node_extensions.end()) {
         RETURN_IF_ERROR(
             BuildPlaces(data_, Place(extensions->second, Pointer("nodes", i) + "/extensions"), &node, &scene_));
@@ -180,19 +187,8 @@ class Builder {
       }
       if (node.skin >= 0) continue;  // stands in the world, where Deform has checked it
       for (uint32_t p = 0; p < copies; ++p) {
-        RETURN_IF_ERROR(CheckReach(index, scene_.meshes[m], WorldFromPlace(scene_, node, p, world_from_node)));
-      }
-    }
-    return absl::OkStatus();
-  }
-
-  static absl::Status CheckReach(size_t index, const Mesh& mesh, const glm::dmat4& world_from_mesh) {
-    for (int corner = 0; corner < 8; ++corner) {
-      glm::dvec3 position = mesh.origin;
-      for (int i = 0; i < 3; ++i) position[i] += corner >> i & 1 ? mesh.bounds.max[i] : mesh.bounds.min[i];
-      const glm::dvec4 world = world_from_mesh * glm::dvec4(position, 1);
-      for (int i = 0; i < 3; ++i) {
-        if (std::abs(world[i]) <= kMaxCoordinateM) continue;
+        const Mesh& mesh = scene_.meshes[m];
+        if (BoxInWorld(mesh, glm::translate(WorldFromPlace(scene_, node, p, world_from_node), mesh.origin))) continue;
         return absl::InvalidArgumentError(Pointer("nodes", index) + ": its mesh reaches over 1e18 m away");
       }
     }

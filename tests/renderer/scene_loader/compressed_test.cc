@@ -57,6 +57,41 @@ TEST(MeshoptTest, ViewsAreDecompressed) {
   EXPECT_EQ(glm::vec3(corners[5] + corners[4] + corners[3]), glm::vec3(2, 2, 0.5)) << "in any rotation";
 }
 
+// Positions of 23 bits with an exponent for each component, and a list of indices that is not of triangles.
+TEST(MeshoptTest, FiltersAndSequencesAreUndone) {
+  GltfBuilder gltf = MeshoptQuad();
+  const std::vector<float> positions = Positions();
+  std::vector<uint32_t> filtered(positions.size());
+  meshopt_encodeFilterExp(filtered.data(), 4, 12, 23, positions.data());
+  std::vector<unsigned char> vertices(meshopt_encodeVertexBufferBound(4, 12));
+  vertices.resize(meshopt_encodeVertexBuffer(vertices.data(), vertices.size(), filtered.data(), 4, 12));
+  const std::vector<unsigned> corners = {3, 1, 2};
+  std::vector<unsigned char> sequence(meshopt_encodeIndexSequenceBound(3, 4));
+  sequence.resize(meshopt_encodeIndexSequence(sequence.data(), sequence.size(), corners.data(), 3));
+  const auto replace = [&](size_t view, const std::vector<unsigned char>& bytes, const char* mode, size_t count) {
+    const size_t raw = gltf.View(bytes);
+    nlohmann::json& json = gltf.json["bufferViews"][view];
+    nlohmann::json& compressed = json["extensions"]["EXT_meshopt_compression"];
+    compressed["byteOffset"] = gltf.json["bufferViews"][raw]["byteOffset"];
+    compressed["byteLength"] = bytes.size();
+    compressed["mode"] = mode;
+    compressed["count"] = count;
+    json["byteLength"] = count * compressed["byteStride"].get<size_t>();
+    gltf.json["bufferViews"].erase(raw);
+  };
+  replace(0, vertices, "ATTRIBUTES", 4);
+  gltf.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"]["filter"] = "EXPONENTIAL";
+  replace(1, sequence, "INDICES", 3);
+  gltf.json["accessors"][1]["count"] = 3;
+  gltf.json["buffers"][0]["byteLength"] = gltf.bytes.size();
+  const auto scene = gltf.Load();
+  ASSERT_OK(scene);
+  const std::vector<glm::dvec3> loaded = Corners(*scene);
+  ASSERT_EQ(loaded.size(), 3u);
+  EXPECT_LT(glm::distance(loaded[0], {1, 1, 0.5}), 1e-6);
+  EXPECT_LT(glm::distance(loaded[1], {1, 0, 0}), 1e-6);
+}
+
 TEST(MeshoptTest, AViewOfAFallbackMustBeCompressed) {
   GltfBuilder gltf = MeshoptQuad();
   gltf.json["bufferViews"][0].erase("extensions");

@@ -143,6 +143,49 @@ TEST(SkinTest, EveryNodeBendsACopyOfItsOwn) {
   EXPECT_EQ(corner(2), glm::vec3(1, 0, 0));
 }
 
+// Every vertex by eight joints at an eighth each, of which the last stands 8 m up; both joints were bound where they
+// were 3 m along x.
+TEST(SkinTest, TwoSetsOfJointsAndTheirInverseBindMatricesCount) {
+  GltfBuilder gltf = GltfBuilder::Triangle();
+  gltf.primitive()["attributes"]["JOINTS_0"] = gltf.Accessor(std::vector<uint16_t>(12, 0), "VEC4", 5123);
+  gltf.primitive()["attributes"]["JOINTS_1"] =
+      gltf.Accessor<uint8_t>({0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, "VEC4", 5121);
+  for (const char* weights : {"WEIGHTS_0", "WEIGHTS_1"}) {
+    gltf.primitive()["attributes"][weights] = gltf.Accessor(std::vector<float>(12, 0.125f), "VEC4", 5126);
+  }
+  std::vector<float> matrices;
+  for (int joint = 0; joint < 2; ++joint) {
+    for (const float value : {1.f, 0.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 0.f, 1.f, 0.f, -3.f, 0.f, 0.f, 1.f})
+      matrices.push_back(value);
+  }
+  gltf.json["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", gltf.Accessor(matrices, "MAT4", 5126)}}};
+  gltf.json["nodes"] = {{{"mesh", 0}, {"skin", 0}}, {{"translation", {3, 0, 0}}}, {{"translation", {3, 8, 0}}}};
+  gltf.json["scenes"][0]["nodes"] = {0, 1, 2};
+  const auto scene = gltf.Load();
+  ASSERT_OK(scene);
+  EXPECT_THAT(Corners(*scene), ElementsAre(glm::dvec3(0, 1, 0), glm::dvec3(1, 1, 0), glm::dvec3(0, 2, 0)));
+}
+
+TEST(MorphTest, ATargetMayBeSparseOverNothingAndOfNormalizedShorts) {
+  GltfBuilder gltf = GltfBuilder::Triangle();
+  gltf.json["extensionsUsed"] = gltf.json["extensionsRequired"] = {"KHR_mesh_quantization"};
+  const size_t where = gltf.View<uint8_t>({2}), what = gltf.View<int16_t>({0, 0, -32767, 0});
+  gltf.json["bufferViews"][what]["byteLength"] = 6;
+  gltf.json["accessors"].push_back({{"componentType", 5122},
+                                    {"count", 3},
+                                    {"type", "VEC3"},
+                                    {"normalized", true},
+                                    {"sparse",
+                                     {{"count", 1},
+                                      {"indices", {{"bufferView", where}, {"componentType", 5121}}},
+                                      {"values", {{"bufferView", what}}}}}});
+  gltf.primitive()["targets"] = {{{"POSITION", 2}}};
+  gltf.json["meshes"][0]["weights"] = {2};
+  const auto scene = gltf.Load();
+  ASSERT_OK(scene);
+  EXPECT_THAT(Corners(*scene), ElementsAre(glm::dvec3(0, 0, 0), glm::dvec3(1, 0, 0), glm::dvec3(0, 1, -2)));
+}
+
 TEST(MorphTest, TheWeightsOfTheNodeComeBeforeTheMeshs) {
   for (const bool has_own : {false, true}) {
     GltfBuilder gltf = GltfBuilder::Triangle();
@@ -153,6 +196,23 @@ TEST(MorphTest, TheWeightsOfTheNodeComeBeforeTheMeshs) {
     ASSERT_OK(scene);
     EXPECT_EQ(Corners(*scene)[0].z, has_own ? 3 : 2);
   }
+}
+
+// Lines are not drawn, so no vertex pays for their targets; nodes have their weights all the same.
+TEST(MorphTest, WeightsAreBoundedWhereNoVertexIs) {
+  GltfBuilder gltf = GltfBuilder::Triangle();
+  gltf.json["meshes"].push_back(gltf.json["meshes"][0]);
+  nlohmann::json& lines = gltf.json["meshes"][1]["primitives"][0];
+  lines["mode"] = 1;
+  for (int i = 0; i < 1000; ++i) lines["targets"].push_back({{"POSITION", 0}});
+  for (int i = 0; i < 10; ++i) gltf.json["nodes"].push_back({{"mesh", 1}});
+  SceneLoadLimits limits;
+  limits.max_scene_bytes = 60'000;
+  EXPECT_OK(gltf.Load(limits));
+  limits.max_scene_bytes = 39'999;
+  EXPECT_THAT(gltf.Load(limits),
+              StatusIs(absl::StatusCode::kInvalidArgument,
+                       HasSubstr("/nodes/10: weights of morph targets take over 39999 bytes, the limit")));
 }
 
 GltfBuilder Moving(const std::vector<float>& times, const std::vector<float>& values) {
@@ -174,6 +234,21 @@ TEST(AnimationTest, ChannelsComeWithTheirKeys) {
   EXPECT_EQ(scene->channels[0].interpolation, Interpolation::kLinear);
   EXPECT_THAT(scene->animation_values, ElementsAre(0, 0, 0, 4, 0, 0));
   ASSERT_EQ(scene->rests.size(), 1u);
+}
+
+TEST(AnimationTest, RotationsMayBeNormalizedIntegers) {
+  for (const bool is_byte : {true, false}) {
+    GltfBuilder gltf = GltfBuilder::Triangle();
+    const size_t times = gltf.Accessor<float>({0}, "SCALAR", 5126);
+    const size_t turn = is_byte ? gltf.Accessor<int8_t>({0, 0, -128, 0}, "VEC4", 5120, true)
+                                : gltf.Accessor<int16_t>({0, 0, -32767, 0}, "VEC4", 5122, true);
+    gltf.json["animations"] = {{{"samplers", {{{"input", times}, {"output", turn}, {"interpolation", "STEP"}}}},
+                                {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "rotation"}}}}}}}};
+    const auto scene = gltf.Load();
+    ASSERT_OK(scene);
+    EXPECT_THAT(scene->animation_values, ElementsAre(0, 0, -1, 0));
+    EXPECT_EQ(scene->channels.at(0).interpolation, Interpolation::kStep);
+  }
 }
 
 TEST(AnimationTest, AChannelThatCannotBePlayedIsLeftOutAndSaidSo) {
