@@ -4,12 +4,12 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "renderer/scene/deform.h"
 #include "renderer/scene/pose.h"
 #include "renderer/status.h"
 
@@ -61,7 +61,11 @@ class Checker {
     RETURN_IF_ERROR(Each("nodes", s_.nodes, [this](const Node& it) { return IsValid(it); }));
     RETURN_IF_ERROR(CheckForest());
     RETURN_IF_ERROR(Each("scenes", s_.scenes, [this](const SceneRoots& it) {
-      return std::all_of(it.roots.begin(), it.roots.end(), [this](uint32_t root) { return root < s_.nodes.size(); });
+      std::vector<uint32_t> roots = it.roots;
+      std::sort(roots.begin(), roots.end());
+      return std::adjacent_find(roots.begin(), roots.end()) == roots.end() &&
+             std::all_of(roots.begin(), roots.end(),
+                         [this](uint32_t root) { return root < s_.nodes.size() && s_.nodes[root].parent < 0; });
     }));
     if (s_.default_scene >= s_.scenes.size()) return Broken("default_scene", s_.default_scene);
     RETURN_IF_ERROR(Each("deformed", s_.deformed, [this](const Deformed& it) { return IsValid(it); }));
@@ -242,25 +246,15 @@ class Checker {
       for (uint32_t p = 0; p < std::max(1u, node.place_count); ++p) {
         const glm::dmat4 world_from_mesh = node.skin >= 0 ? glm::dmat4(1) : WorldFromPlace(s_, node, p, world[i]);
         for (uint32_t m = node.first_mesh; m < node.first_mesh + node.mesh_count; ++m) {
-          if (!IsWithinReach(s_.meshes[m], world_from_mesh)) return Broken("nodes", i);
+          const Mesh& mesh = s_.meshes[m];
+          if (mesh.vertex_count > 0 && !BoxInWorld(mesh, glm::translate(world_from_mesh, mesh.origin))) {
+            return Broken("nodes", i);
+          }
         }
       }
     }
     return absl::OkStatus();
   }
-  // Rounding may have moved what the loader let through by a little.
-  static bool IsWithinReach(const Mesh& mesh, const glm::dmat4& world_from_mesh) {
-    for (int corner = 0; corner < 8 && mesh.vertex_count > 0; ++corner) {
-      glm::dvec3 position = mesh.origin;
-      for (int i = 0; i < 3; ++i) position[i] += corner >> i & 1 ? mesh.bounds.max[i] : mesh.bounds.min[i];
-      const glm::dvec4 at = world_from_mesh * glm::dvec4(position, 1);
-      for (int i = 0; i < 3; ++i) {
-        if (!(std::abs(at[i]) <= 1.001 * kMaxCoordinateM)) return false;
-      }
-    }
-    return true;
-  }
-
   const FlatScene& s_;
   std::vector<const Deformed*> deformed_of_;  // by mesh: what bends it, or null
   uint64_t next_vertex_ = 0, next_index_ = 0, next_cluster_ = 0;

@@ -33,6 +33,40 @@ namespace {
 // The decoder's own state, and what it reads a file of `file_bytes` into.
 constexpr size_t kDecoderBytes = 1 << 20;
 
+uint32_t At(std::string_view bytes, size_t at) { return at < bytes.size() ? uint8_t(bytes[at]) : 0; }
+
+// Whether the Huffman tables of the DHT segment whose length stands at `at` have at most 256 codes each: Debian's
+// stb_image (2.27) writes as many as a table claims, up to 4080, into an array of 257.
+bool HasSoundTables(std::string_view bytes, size_t at) {
+  int64_t left = int64_t(At(bytes, at) << 8 | At(bytes, at + 1)) - 2;
+  for (at += 2; left > 0;) {
+    uint32_t codes = 0;
+    for (size_t i = 1; i <= 16; ++i) codes += At(bytes, at + i);
+    if (codes > 256) return false;
+    at += 17 + codes;
+    left -= 17 + int64_t(codes);
+  }
+  return true;
+}
+
+// As stb_image would come upon the tables of a JPEG: segment by segment as long as these follow each other; from the
+// first scan on, or where they do not, behind any marker.
+bool HasSoundHuffmanTables(std::string_view bytes) {
+  constexpr uint32_t kDefineTables = 0xc4, kStartOfScan = 0xda;
+  size_t at = 2;
+  if (At(bytes, 0) != 0xff || At(bytes, 1) != 0xd8) at = 0;
+  while (at > 0 && At(bytes, at) == 0xff && At(bytes, at + 1) >= 0xc0 && At(bytes, at + 1) != kStartOfScan &&
+         At(bytes, at + 1) != 0xff) {
+    if (At(bytes, at + 1) == kDefineTables && !HasSoundTables(bytes, at + 2)) return false;
+    at += 2 + std::max(2u, At(bytes, at + 2) << 8 | At(bytes, at + 3));
+  }
+  for (; at + 1 < bytes.size(); ++at) {
+    const bool is_table = At(bytes, at) == 0xff && At(bytes, at + 1) == kDefineTables;
+    if (is_table && !HasSoundTables(bytes, at + 2)) return false;
+  }
+  return true;
+}
+
 const stbi_uc* Bytes(std::string_view bytes) { return reinterpret_cast<const stbi_uc*>(bytes.data()); }
 
 }  // namespace
@@ -41,6 +75,7 @@ ImageHeader ReadImageHeader(std::string_view bytes) {
   ImageHeader header;
   if (bytes.size() > size_t(std::numeric_limits<int>::max())) return header;
   const bool is_png = bytes.starts_with("\x89PNG\r\n\x1a\n");
+  if (!is_png && !HasSoundHuffmanTables(bytes)) return header;
   int width = 0, height = 0, channels = 0;
   max_block_bytes = kDecoderBytes;
   if (stbi_info_from_memory(Bytes(bytes), int(bytes.size()), &width, &height, &channels) == 0) return header;

@@ -165,6 +165,11 @@ TEST(CheckFlatSceneTest, NamesWhatIsNotValid) {
       {"nodes[2]", [](FlatScene& s) { s.nodes[2].parent = 2; }},
       {"nodes[0]", [](FlatScene& s) { s.nodes[0].local[3][0] = 2e18; }},
       {"scenes[0]", [](FlatScene& s) { s.scenes[0].roots = {3}; }},
+      {"scenes[0]", [](FlatScene& s) { s.scenes[0].roots = {2}; }},  // another one's child
+      {"scenes[0]",
+       [](FlatScene& s) {
+         s.scenes[0].roots = {0, 0};
+       }},
       {"default_scene[1]", [](FlatScene& s) { s.default_scene = 1; }},
       {"default_scene[0]", [](FlatScene& s) { s.scenes.clear(); }},
       {"deformed[0]", [](FlatScene& s) { s.deformed[0].node = 3; }},

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "tests/renderer/scene_loader/png.h"
 #include "tests/support/status_matchers.h"
 
@@ -57,6 +60,35 @@ TEST(DecodeImageTest, OtherFormatsAreRefusedByName) {
     EXPECT_EQ(ReadImageHeader(bytes).format, ImageFormat::kUnknown) << bytes;
     EXPECT_THAT(DecodeImage({"/images/3", bytes, 0, 0}, 1000),
                 StatusIs(absl::StatusCode::kInvalidArgument, HasSubstr("/images/3: neither a PNG nor a JPEG")));
+  }
+}
+
+// Found by image_fuzz: stb_image 2.27 writes beyond its table of 257.
+TEST(DecodeImageTest, AJpegWhoseHuffmanTableHasOver256CodesIsNone) {
+  const auto table = [](size_t codes) {
+    std::string counts(16, '\0');
+    for (char& count : counts) {
+      count = char(std::min<size_t>(codes, 255));
+      codes -= std::min<size_t>(codes, 255);
+    }
+    return counts;
+  };
+  // SOI, an APP0 that holds what looks like a table, the table, a frame of one 8 x 8 component.
+  const auto jpeg = [&](size_t in_app, size_t codes, const std::string& between) {
+    const size_t length = 19 + codes;
+    std::string bytes("\xff\xd8\xff\xe0\x00\x18\xff\xc4\x00\x13\x00", 11);
+    bytes += table(in_app) + '\0' + between;
+    bytes += std::string("\xff\xc4") + char(length >> 8) + char(length & 255) + '\0' + table(codes);
+    bytes += std::string(codes, '\1');
+    bytes += std::string("\xff\xc0\x00\x0b\x08\x00\x08\x00\x08\x01\x01\x11\x00", 13);
+    return bytes;
+  };
+  EXPECT_EQ(ReadImageHeader(jpeg(0, 1, "")).format, ImageFormat::kJpeg);
+  EXPECT_EQ(ReadImageHeader(jpeg(999, 1, "")).format, ImageFormat::kJpeg) << "what an APP0 holds is no table";
+  for (const size_t codes : {257, 511, 4080}) {
+    EXPECT_EQ(ReadImageHeader(jpeg(0, codes, "")).format, ImageFormat::kUnknown) << codes;
+    EXPECT_EQ(ReadImageHeader(jpeg(0, codes, "junk")).format, ImageFormat::kUnknown) << codes;
+    EXPECT_EQ(ReadImageHeader(jpeg(0, codes, "\xff\xff")).format, ImageFormat::kUnknown) << codes;
   }
 }
 
