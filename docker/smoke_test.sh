@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the image and renders one PNG in it as uid 1000, with a read-only root and no capabilities; then starts the server in
-# it and asks for its health. Needs docker, or podman with runc (as root).
+# Builds the image and renders one PNG and a batch in it as uid 1000, with a read-only root, no capabilities, 512 MB of memory and
+# half a CPU; then starts the server in it and asks for its health. Needs docker, or podman with runc (as root).
 #   HALFSHADE_IMAGE=NAME  use that image instead of building one
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -18,7 +18,8 @@ fi
 image=${HALFSHADE_IMAGE:-}
 if [ -z "$image" ]; then
   image=localhost/halfshade
-  "${build[@]}" -t "$image" -f docker/Dockerfile .
+  version=$(sed -n 's/^project(halfshade VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)
+  "${build[@]}" --build-arg "VERSION=$version" -t "$image" -f docker/Dockerfile .
 fi
 
 work=$(mktemp -d)
@@ -43,6 +44,21 @@ fenced=(run --rm --no-healthcheck --network=host --read-only --tmpfs /tmp --cap-
 head -c 24 "$work/out/triangle.png" | cmp - <(printf '\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\x01\x40\0\0\0\xb4')
 echo "rendered 320 x 180 in $(stat -c %s "$work/out/triangle.png") bytes as uid $(stat -c %u "$work/out/triangle.png")," \
      "root read-only, no capabilities"
+
+# A batch, its folder on a volume, and the same again: nothing is left to do.
+for i in 1 2 3 4 5 6; do
+  echo "{\"id\": \"item-$i\", \"scene\": \"triangle.gltf\", \"width\": 64, \"height\": 36, \"seed\": $i}"
+done >"$work/requests.jsonl"
+limits=()
+"${engine[@]}" "${fenced[@]}" --memory 512m --cpus 0.5 "$image" true 2>/dev/null && limits=(--memory 512m --cpus 0.5)
+[ ${#limits[@]} -gt 0 ] || echo "this engine cannot limit memory and CPU: the batch runs without"
+for _ in 1 2; do
+  "${engine[@]}" "${fenced[@]}" "${limits[@]}" -v "$work:/work" "$image" \
+    halfshade batch /work/requests.jsonl -o /work/out/batch --resume --json >"$work/summary.json"
+done
+grep -q '"wholeBefore": 6' "$work/summary.json"
+[ "$(wc -l <"$work/out/batch/manifest.jsonl")" -eq 6 ]
+echo "a batch of 6 items${limits[*]:+ with ${limits[*]}}, and resumed with nothing to do"
 
 begin=$(date +%s%N)
 "${engine[@]}" "${fenced[@]}" --name "$name" "$image" halfshaded --listen 127.0.0.1:0 >"$work/serving.txt" &
