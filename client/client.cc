@@ -48,14 +48,20 @@ std::shared_ptr<grpc::Channel> CreateChannelTo(const std::string& server) {
   return grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
 }
 
-// Puts the parts of a stream together: the plan, then each image's header and chunks, then the report.
-grpc::Status ReadStream(grpc::ClientReader<v1::RenderStreamResponse>* stream, v1::RenderResponse* response) {
+// Puts the parts of a stream together: the plan, then each image's header and chunks, then the report; the last result
+// stays in `response`.
+grpc::Status ReadStream(grpc::ClientReader<v1::RenderStreamResponse>* stream, const CoarseListener& on_coarse,
+                        v1::RenderResponse* response) {
   response->Clear();
   v1::RenderStreamResponse part;
   bool is_in_order = true;
   while (stream->Read(&part)) {
     switch (part.part_case()) {
       case v1::RenderStreamResponse::kHeader:
+        if (response->has_report()) {
+          if (on_coarse) on_coarse(std::move(*response));
+          response->Clear();
+        }
         response->add_images()->Swap(part.mutable_header());
         break;
       case v1::RenderStreamResponse::kChunk:
@@ -266,15 +272,17 @@ absl::Status Client::CallWithScene(const std::string& scene, const SceneFiles* f
   });
 }
 
-absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& request, const SceneFiles* files) {
+absl::StatusOr<v1::RenderResponse> Client::Render(const v1::RenderRequest& request, const SceneFiles* files,
+                                                  const CoarseListener& on_coarse) {
   // Always the stream: whether a result fits Render depends on samples that the server alone chooses, and a small one
   // costs a message more.
   v1::RenderStreamRequest stream_request;
   *stream_request.mutable_request() = request;
+  stream_request.set_progressive(bool(on_coarse));
   v1::RenderResponse response;
   RETURN_IF_ERROR(
       CallWithScene(request.scene(), files, "render", [&](v1::RenderService::Stub& stub, grpc::ClientContext* context) {
-        return ReadStream(stub.RenderStream(context, stream_request).get(), &response);
+        return ReadStream(stub.RenderStream(context, stream_request).get(), on_coarse, &response);
       }));
   return response;
 }

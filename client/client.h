@@ -29,6 +29,9 @@ using ProgressListener = std::function<void(const char* what, double done)>;
 // A sentence for the user: a scene's warning, a pause before another attempt.
 using NoticeListener = std::function<void(const std::string& sentence)>;
 
+// A coarse result, before the whole one.
+using CoarseListener = std::function<void(v1::RenderResponse coarse)>;
+
 struct ClientOptions {
   std::vector<std::string> servers;  // "host:port" or "unix:path"; none: the service inside this process
   ServerOptions in_process;          // of that service
@@ -52,8 +55,9 @@ class Client {
   absl::StatusOr<v1::Scene> UploadScene(const SceneFiles& files);
 
   // Renders request.scene, of any size that the server grants (RenderStream). `files`, where not null, is that scene:
-  // it is uploaded first. The server's errors.
-  absl::StatusOr<v1::RenderResponse> Render(const v1::RenderRequest& request, const SceneFiles* files);
+  // it is uploaded first. With `on_coarse` progressively: it is told what comes before. The server's errors.
+  absl::StatusOr<v1::RenderResponse> Render(const v1::RenderRequest& request, const SceneFiles* files,
+                                            const CoarseListener& on_coarse = {});
 
   // What Render would do, of plan.request.scene; `files` as for Render.
   absl::StatusOr<v1::PlanRenderResponse> PlanRender(const v1::PlanRenderRequest& plan, const SceneFiles* files);

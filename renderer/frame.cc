@@ -11,7 +11,9 @@
 #include "renderer/light_layers.h"
 #include "renderer/math/camera.h"
 #include "renderer/passes.h"
+#include "renderer/picture_error.h"
 #include "renderer/plan/choose_method.h"
+#include "renderer/plan/cost_model.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_on_context.h"
 #include "renderer/shade/data_image.h"
@@ -136,6 +138,9 @@ class Frame {
       ASSIGN_OR_RETURN(seen_->gbuffer, DrawGBuffer(draw_, scene_, on_context, plan_.draws_gbuffer ? pose_ : Pose{},
                                                    request_, channels));
       report_.passes.back().count = seen_->gbuffer.triangles_drawn;
+      if (const uint64_t left_out = seen_->gbuffer.triangles_out_of_view; left_out > 0) {
+        report_.passes.back().reason = std::to_string(left_out) + " triangles out of view";
+      }
       return absl::OkStatus();
     }));
     if (view_key_.empty()) return absl::OkStatus();
@@ -287,11 +292,15 @@ class Frame {
       }
       if (share <= 0) continue;
       ++(v <= kPenumbraMargin ? umbra_ : v < 1 - kPenumbraMargin ? penumbra_ : lit_);
-      if (occlusion == nullptr || occlusion->errors.empty() || v >= 1 - kPenumbraMargin) continue;
-      predicted_sum_ += double(share) * occlusion->errors[i];
-      ++predicted_count_;
     }
     if (occlusion == nullptr) return absl::OkStatus();
+    if (!occlusion->errors.empty()) {
+      const bool reads_picture = occlusion->has_independent_errors && seen_->on_cpu.has_value();
+      const PictureError expected =
+          ExpectPictureError(pairs, occlusion->errors, reads_picture ? &*seen_->on_cpu : nullptr);
+      predicted_sum_ += expected.sum;
+      predicted_count_ += expected.pixels;
+    }
     ASSIGN_OR_RETURN(const double largest, LargestFraction(*occlusion, pixels));
     report_.max_sum = std::max(report_.max_sum, largest);
     return absl::OkStatus();
@@ -374,6 +383,13 @@ class Frame {
   RenderReport report_;
 };
 
+// Wall time of another picture of the same receivers.
+absl::StatusOr<double> PredictAgainMs(const FlatScene& scene, const RenderRequest& request) {
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
+  const MethodFacts facts = FactsForMethod(scene, pose, request, ReceiverCount(request));
+  return PredictWallMs(facts, PredictCost(facts, request.method).TotalMs(), request.budget.slowness);
+}
+
 }  // namespace
 
 RenderReport DescribePlan(const FramePlan& plan, const RenderRequest& request, const RegisteredMethod& method) {
@@ -412,6 +428,7 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
                                        const ImageDecoder& decoder, SceneOnContext& on_context, LightCaches& caches,
                                        gl::ObjectCache<SeenView>& views) {
   RenderRequest asked = request;
+  const Stopwatch since_dequeue;
   while (true) {
     Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches, &views);
     RETURN_IF_ERROR(frame.Draw(on_context));
@@ -420,6 +437,13 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
     if (breach.empty()) return result;
     if (!request.is_auto || !MakeMoreExact(*request.budget.max_error, &asked.method)) {
       return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method);
+    }
+    if (request.budget.max_latency_ms) {
+      ASSIGN_OR_RETURN(const double again_ms, PredictAgainMs(scene, asked));
+      if (since_dequeue.Milliseconds() + again_ms > *request.budget.max_latency_ms) {
+        return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method +
+                                             ", and budget.max_latency leaves no time for better");
+      }
     }
     asked.method_reason += "; " + result.report.method + " drawn again at half the error: " + breach;
   }

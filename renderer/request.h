@@ -119,6 +119,7 @@ struct CertifyOptions {
 struct Budget {
   std::optional<double> max_error{};       // mean |error| of visibility over shadowed receivers, in (0, 1)
   std::optional<double> max_latency_ms{};  // wall, from the start of drawing to the last byte encoded
+  double slowness = 1;  // of this machine: wall ms for each that the table predicts (plan/cost_model.h); of latencies
 };
 
 struct RenderRequest {
@@ -150,6 +151,11 @@ struct RenderRequest {
 inline glm::ivec2 SizeOf(const RenderRequest& request, OutputKind kind) {
   return kind == OutputKind::kSoftShadowMap ? glm::ivec2(request.light_map_size)
                                             : glm::ivec2(request.width, request.height);
+}
+
+// Pixels that are asked for visibility: each as often as it has samples.
+inline uint64_t ReceiverCount(const RenderRequest& request) {
+  return uint64_t(request.width) * uint64_t(request.height) * uint64_t(request.samples);
 }
 
 // Points to look from.

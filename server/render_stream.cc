@@ -2,6 +2,7 @@
 
 #include <absl/strings/str_cat.h>
 
+#include <deque>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -21,8 +22,9 @@ Limits StreamLimits(Limits limits) {
 
 class RenderStreamCall final : public grpc::ServerWriteReactor<v1::RenderStreamResponse>, public RenderCall {
  public:
-  RenderStreamCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::RenderRequest& request)
-      : RenderCall(plant, context, request, "RenderStream", StreamLimits(plant->limits)) {}
+  RenderStreamCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::RenderStreamRequest& request)
+      : RenderCall(plant, context, request.request(), "RenderStream", StreamLimits(plant->limits),
+                   request.progressive()) {}
 
   void OnWriteDone(bool is_ok) override {
     {
@@ -56,21 +58,30 @@ class RenderStreamCall final : public grpc::ServerWriteReactor<v1::RenderStreamR
     WriteNext();
   }
 
-  void Deliver(v1::RenderResponse response) override {
-    {
-      const std::lock_guard lock(mutex_);
-      result_ = std::move(response);
-    }
-    WriteNext();
-  }
+  void DeliverCoarse(v1::RenderResponse response) override { Send({std::move(response), false}); }
+  void Deliver(v1::RenderResponse response) override { Send({std::move(response), true}); }
 
   void FinishRpc(const grpc::Status& status) override {
     const std::lock_guard lock(mutex_);
     is_ended_ = true;
     sending_since_ = SystemClock::now();
-    result_.reset();
+    results_.clear();
     std::string().swap(data_);
     Finish(status);
+  }
+
+  struct Result {
+    v1::RenderResponse response;
+    bool is_last = false;
+  };
+
+  void Send(Result result) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (is_ended_) return;
+      results_.push_back(std::move(result));
+    }
+    WriteNext();
   }
 
   // Sends what is there, if nothing is on its way.
@@ -82,14 +93,16 @@ class RenderStreamCall final : public grpc::ServerWriteReactor<v1::RenderStreamR
     if (plan_) {
       *part_.mutable_plan() = *std::move(plan_);
       plan_.reset();
-    } else if (!result_) {
+    } else if (results_.empty()) {
       return;
-    } else if (image_ < result_->images_size()) {
-      TakeImagePart(result_->mutable_images(image_));
+    } else if (image_ < results_.front().response.images_size()) {
+      TakeImagePart(results_.front().response.mutable_images(image_));
     } else {
-      if (!ClaimSuccess()) return;
-      is_ended_ = true;
-      part_.mutable_report()->Swap(result_->mutable_report());
+      if (results_.front().is_last && !ClaimSuccess(results_.front().response.report())) return;
+      is_ended_ = results_.front().is_last;
+      part_.mutable_report()->Swap(results_.front().response.mutable_report());
+      results_.pop_front();
+      image_ = 0;
     }
     is_writing_ = true;
     sending_since_ = SystemClock::now();
@@ -149,11 +162,11 @@ class RenderStreamCall final : public grpc::ServerWriteReactor<v1::RenderStreamR
   std::mutex mutex_;
   bool is_planned_ = false;
   std::optional<v1::RenderReport> plan_;  // until it is sent
-  std::optional<v1::RenderResponse> result_;
-  int image_ = 0;            // of result_, under way
-  bool has_header_ = false;  // of that image, sent
-  std::string data_;         // of that image
-  size_t offset_ = 0;        // into data_, of the next chunk
+  std::deque<Result> results_;            // not sent yet, the first of them under way
+  int image_ = 0;                         // of that one, under way
+  bool has_header_ = false;               // of that image, sent
+  std::string data_;                      // of that image
+  size_t offset_ = 0;                     // into data_, of the next chunk
   v1::RenderStreamResponse part_;
   bool is_writing_ = false;
   bool is_ended_ = false;  // no write may follow
@@ -162,22 +175,12 @@ class RenderStreamCall final : public grpc::ServerWriteReactor<v1::RenderStreamR
   std::unique_ptr<grpc::Alarm> stall_alarm_;
 };
 
-class FinishedStream final : public grpc::ServerWriteReactor<v1::RenderStreamResponse> {
- public:
-  explicit FinishedStream(const grpc::Status& status) { Finish(status); }
-  void OnDone() override { delete this; }
-};
-
 }  // namespace
 
 grpc::ServerWriteReactor<v1::RenderStreamResponse>* StartRenderStream(RenderPlant* plant,
                                                                       grpc::CallbackServerContext* context,
                                                                       const v1::RenderStreamRequest& request) {
-  if (request.progressive()) {
-    return new FinishedStream(grpc::Status(grpc::StatusCode::UNIMPLEMENTED,
-                                           "progressive: coarse results first are not available in this version"));
-  }
-  const auto call = std::make_shared<RenderStreamCall>(plant, context, request.request());
+  const auto call = std::make_shared<RenderStreamCall>(plant, context, request);
   call->Start();
   return call.get();
 }

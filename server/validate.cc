@@ -262,9 +262,10 @@ absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& l
 }
 
 absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
-                                               const Limits& limits) {
+                                               const Limits& limits, double slowness) {
   ASSIGN_OR_RETURN(ValidatedRender result, CheckFields(request, limits));
   RenderRequest& plain = result.request;
+  plain.budget.slowness = slowness;
   plain.scene_index = request.has_scene_index() ? request.scene_index() : scene.default_scene;
   ASSIGN_OR_RETURN(plain.node_overrides, ResolveNodeOverrides(request, scene));
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, plain.scene_index, plain.node_overrides));
@@ -278,7 +279,7 @@ absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request,
   const bool is_bare = request.lights().empty() && !request.has_camera() && !request.has_ground();
   if (request.lights().empty()) plain.lights = {SuitingLight(pose.bounds_ws)};
   if (is_bare) plain.ground = SuitingGround(pose.bounds_ws);
-  RETURN_IF_ERROR(SettleMethod(scene, pose, uint64_t(plain.width) * plain.height * plain.samples, &plain));
+  RETURN_IF_ERROR(SettleMethod(scene, pose, ReceiverCount(plain), &plain));
   return result;
 }
 

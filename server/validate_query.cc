@@ -85,9 +85,9 @@ absl::Status CheckQueryFields(const v1::QueryVisibilityRequest& query, const Lim
 }
 
 absl::StatusOr<ValidatedQuery> ValidateQuery(const v1::QueryVisibilityRequest& query, const FlatScene& scene,
-                                             const Limits& limits) {
+                                             const Limits& limits, double slowness) {
   RETURN_IF_ERROR(CheckQueryFields(query, limits));
-  ASSIGN_OR_RETURN(ValidatedRender render, ValidateRender(LooksAt(query.request()), scene, limits));
+  ASSIGN_OR_RETURN(ValidatedRender render, ValidateRender(LooksAt(query.request()), scene, limits, slowness));
   ValidatedQuery result;
   result.request = std::move(render.request);
   result.points = {Unpack(query.points()), Unpack(query.normals())};

@@ -1,36 +1,15 @@
 #include "renderer/plan/choose_method.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <limits>
 
+#include "renderer/plan/cost_model.h"
+#include "renderer/plan/frame_plan.h"
 #include "renderer/status.h"
 
 namespace halfshade {
 namespace {
-
-// CPU-ms; llvmpipe and Embree on two cores (README.md: the commands that print what they were fitted to).
-constexpr double kPrimaryPerReceiver = 4e-5;
-constexpr double kShaftPerTriangle = 8e-4;
-constexpr double kShaftPerReceiver = 2e-5;
-constexpr double kShaftPerPolygon = 2.4e-6;  // times the square root of the triangles: what a tile's list grows like
-constexpr double kShaftPerRow = 1.0 / 40;    // of that, for each row beyond 8
-constexpr double kShaftMasked = 15;          // times as dear where all is masked
-constexpr double kRayPerTriangle = 1e-3;
-constexpr double kRayPerRay = 1.6e-6;      // times the logarithm of the triangles
-constexpr double kPcssPerReceiver = 6e-4;  // sssm, 2 x 2 cells, 11 and 21 taps a side
-// Mean errors: of rows of 32 samples, of stratified rays.
-constexpr double kShaftErrorOfRow = 0.03;
-constexpr double kRayError = 0.2, kRayRate = 0.7;
-constexpr double kSssmError = 0.03;
-// Where all is masked, leaves upon leaves, they are so many times as large.
-constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
-constexpr int kMostMaskedRows = 16;  // shaft chooses no more where there is a mask
-constexpr int kMostRays = 65536;
-// Wall time, of CPU time on as many threads as there are: drawing and encoding are partly on one.
-constexpr double kWallPerCpu = 0.7;
-constexpr double kEncodePerReceiver = 7e-5;
 
 std::string Number(double value) {
   char text[32];
@@ -44,45 +23,21 @@ std::string Milliseconds(double value) {
   return text;
 }
 
-double TriangleCount(const MethodFacts& facts) { return double(std::max<uint64_t>(facts.casting_triangles, 1)); }
-
-double ShaftError(const MethodFacts& facts, int rows) {
-  return kShaftErrorOfRow / rows * (1 + (kClutteredRows - 1) * facts.masked_share);
+MethodChoice MakeChoice(const MethodFacts& facts, const char* name, const MethodOptions& options, double error) {
+  return {options, error, PredictCost(facts, options).TotalMs(), name};
 }
 
-MethodChoice Shaft(const MethodFacts& facts, int rows, double max_error) {
-  MethodChoice choice;
+MethodChoice Shaft(const MethodFacts& facts, double max_error) {
+  const int rows = ShaftRowsFor(facts, max_error);
+  MethodChoice choice = MakeChoice(facts, "shaft", ShaftOptions{.rows = rows}, ShaftError(facts, rows));
   // Left open, so that the picture itself says how many rows it wants; a sample of its tiles does, hence the margin.
   choice.options = ShaftOptions{.rows = 0, .max_error = float(0.8 * max_error)};
-  choice.error = ShaftError(facts, rows);
-  const double lists = double(facts.receivers) * kShaftPerPolygon * std::sqrt(TriangleCount(facts)) *
-                       (1 + kShaftPerRow * (rows - 8)) * (1 + kShaftMasked * facts.masked_share);
-  choice.cpu_ms = double(facts.receivers) * kPrimaryPerReceiver +
-                  double(facts.lights) *
-                      (TriangleCount(facts) * kShaftPerTriangle + double(facts.receivers) * kShaftPerReceiver + lists);
-  choice.reason = "shaft";
   return choice;
-}
-
-// `clutter`: kClutteredRays as far as the scene is.
-int RaysFor(double max_error, double clutter) {
-  const double wanted = std::pow(clutter * kRayError / max_error, 1 / kRayRate);
-  int rays = 16;
-  while (rays < kMostRays && rays < wanted) rays *= 2;
-  return rays;
 }
 
 MethodChoice Ray(const MethodFacts& facts, double max_error) {
-  const double clutter = 1 + (kClutteredRays - 1) * facts.masked_share;
-  const int rays = RaysFor(max_error, clutter);
-  MethodChoice choice;
-  choice.options = RayOptions{.rays = rays};
-  choice.error = clutter * kRayError * std::pow(rays, -kRayRate);
-  choice.cpu_ms =
-      double(facts.receivers) * kPrimaryPerReceiver + TriangleCount(facts) * kRayPerTriangle +
-      double(facts.lights) * double(facts.receivers) * rays * kRayPerRay * std::log2(TriangleCount(facts) + 2);
-  choice.reason = "ray";
-  return choice;
+  const int rays = RaysFor(facts, max_error);
+  return MakeChoice(facts, "ray", RayOptions{.rays = rays}, RayError(facts, rays));
 }
 
 // The methods that know how wide penumbrae are.
@@ -92,12 +47,7 @@ MethodChoice PenumbraWidths(const MethodFacts& facts) {
   options.filter_taps = 21;
   options.weights = FilterWeights::kMean;
   options.sub_lights = 2;
-  MethodChoice choice;
-  choice.options = options;
-  choice.error = kSssmError;
-  choice.cpu_ms = double(facts.receivers) * (kPrimaryPerReceiver + double(facts.lights) * kPcssPerReceiver);
-  choice.reason = "sssm";
-  return choice;
+  return MakeChoice(facts, "sssm", options, kSssmError);
 }
 
 // Its pictures come with their expected error (OcclusionSum::errors).
@@ -105,33 +55,22 @@ bool TellsError(const MethodOptions& options) {
   return std::holds_alternative<ShaftOptions>(options) || std::holds_alternative<RayOptions>(options);
 }
 
-double WallMs(const MethodFacts& facts, const MethodChoice& choice) {
-  return kWallPerCpu * choice.cpu_ms + kEncodePerReceiver * double(facts.receivers);
-}
-
 // "shaft: predicted error 0.0019 in 190 CPU-ms"
 std::string Describe(const MethodChoice& choice) {
   return choice.reason + ": predicted error " + Number(choice.error) + " in " + Milliseconds(choice.cpu_ms) + " CPU-ms";
 }
 
-}  // namespace
-
-MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers) {
-  MethodFacts facts;
-  uint64_t masked = 0;
-  for (const Instance& instance : pose.instances) {
-    if (!instance.casts) continue;
-    const Mesh& mesh = scene.meshes[instance.mesh];
-    facts.casting_triangles += mesh.TriangleCount();
-    if (scene.CoverageOf(mesh) == MaskCoverage::kTested) masked += mesh.TriangleCount();
-  }
-  if (facts.casting_triangles > 0) facts.masked_share = double(masked) / double(facts.casting_triangles);
-  facts.receivers = receivers;
-  facts.lights = std::max<uint64_t>(request.lights.size(), 1);
-  facts.wants_penumbra_width =
-      std::find(request.outputs.begin(), request.outputs.end(), OutputKind::kPenumbraWidth) != request.outputs.end();
-  return facts;
+// Of a method that was asked for.
+absl::Status CheckLatency(const MethodFacts& facts, double cpu_ms, const Budget& budget) {
+  if (!budget.max_latency_ms) return absl::OkStatus();
+  const double wall_ms = PredictWallMs(facts, cpu_ms, budget.slowness);
+  if (wall_ms <= *budget.max_latency_ms) return absl::OkStatus();
+  return absl::FailedPreconditionError("budget.max_latency: " + Milliseconds(*budget.max_latency_ms) +
+                                       " ms; the method with these options is predicted to take " +
+                                       Milliseconds(wall_ms) + " ms");
 }
+
+}  // namespace
 
 std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_error) {
   std::vector<MethodChoice> candidates;
@@ -139,10 +78,7 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
     candidates.push_back(PenumbraWidths(facts));
     return candidates;
   }
-  const int most_rows = facts.masked_share > 0 ? kMostMaskedRows : 64;
-  int rows = 8;
-  while (rows < most_rows && ShaftError(facts, rows) > max_error) rows *= 2;
-  candidates.push_back(Shaft(facts, rows, max_error));
+  candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const MethodChoice& a, const MethodChoice& b) { return a.cpu_ms < b.cpu_ms; });
@@ -161,30 +97,41 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
     // A method without another's exactness is the only one for what it alone knows.
     errors.push_back(budget.max_error.value_or(facts.wants_penumbra_width ? kSssmError : kDefaultMaxError));
   }
-  MethodChoice exact, quick;  // the best in error, and in time, of all that was looked at
-  exact.error = quick.cpu_ms = std::numeric_limits<double>::infinity();
+  const auto wall_ms = [&](const MethodChoice& choice) { return PredictWallMs(facts, choice.cpu_ms, budget.slowness); };
+  // The best in error, and in time, of all that was looked at; and in error, of those that keep the budget.
+  MethodChoice exact, quick, best;
+  exact.error = quick.cpu_ms = best.error = std::numeric_limits<double>::infinity();
   for (const double error : errors) {
     const std::vector<MethodChoice> candidates = MethodCandidates(facts, error);
-    for (size_t i = 0; i < candidates.size(); ++i) {
-      MethodChoice choice = candidates[i];
+    for (const MethodChoice& choice : candidates) {
       if (choice.error < exact.error) exact = choice;
       if (choice.cpu_ms < quick.cpu_ms) quick = choice;
       if (budget.max_error && choice.error > *budget.max_error) continue;
-      if (budget.max_latency_ms && WallMs(facts, choice) > *budget.max_latency_ms) continue;
-      choice.reason = "auto, " + Describe(choice);
-      for (size_t other = 0; other < candidates.size(); ++other) {
-        if (other != i) choice.reason += "; " + Describe(candidates[other]);
+      if (budget.max_latency_ms && wall_ms(choice) > *budget.max_latency_ms) continue;
+      if (choice.error >= best.error) continue;
+      if (!budget.max_latency_ms && best.error < std::numeric_limits<double>::infinity()) continue;  // dearer
+      best = choice;
+      best.reason = "auto, " + Describe(choice);
+      for (const MethodChoice& other : candidates) {
+        if (&other != &choice) best.reason += "; " + Describe(other);
       }
-      if (facts.wants_penumbra_width) choice.reason += "; PENUMBRA_WIDTH is known to sssm and pcss";
-      return choice;
     }
+  }
+  if (best.error < std::numeric_limits<double>::infinity()) {
+    if (facts.wants_penumbra_width) best.reason += "; PENUMBRA_WIDTH is known to sssm and pcss";
+    if (budget.max_latency_ms) {
+      best.reason += "; the least error in " + Milliseconds(*budget.max_latency_ms) + " ms, of which it is to take " +
+                     Milliseconds(wall_ms(best)) + ": this machine takes " + Number(budget.slowness) +
+                     " of the table's time";
+    }
+    return best;
   }
   if (budget.max_error && exact.error > *budget.max_error) {
     return absl::FailedPreconditionError("budget.max_error: " + Number(*budget.max_error) + "; the least possible is " +
                                          Number(exact.error) + ", by " + exact.reason);
   }
   return absl::FailedPreconditionError("budget.max_latency: " + Milliseconds(budget.max_latency_ms.value_or(0)) +
-                                       " ms; the least possible is " + Milliseconds(WallMs(facts, quick)) +
+                                       " ms; the least possible is " + Milliseconds(wall_ms(quick)) +
                                        " ms at an error of " + Number(quick.error) + ", by " + quick.reason);
 }
 
@@ -200,6 +147,15 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
     request->method_reason = std::move(choice.reason);
     request->predicted_error = choice.error;
     request->predicted_cpu_ms = choice.cpu_ms;
+  } else {
+    request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
+    RETURN_IF_ERROR(CheckLatency(facts, *request->predicted_cpu_ms, request->budget));
+  }
+  if (auto* ssm = std::get_if<SsmOptions>(&request->method);
+      ssm != nullptr && ssm->passes > 1 && IsOneFlatOccluder(scene, pose)) {
+    ssm->passes = 1;
+    request->method_reason += std::string(request->method_reason.empty() ? "" : "; ") +
+                              "one flat surface casts: its second layer is its first";
   }
   if (!may_certify) return absl::OkStatus();
   if (!TellsError(request->method)) {
@@ -218,7 +174,7 @@ bool MakeMoreExact(double max_error, MethodOptions* options) {
     if (shaft->max_error > half) {
       shaft->max_error = half;
     } else {
-      *options = RayOptions{.rays = RaysFor(half, 1)};
+      *options = RayOptions{.rays = RaysFor({}, half)};
     }
     return true;
   }
@@ -231,11 +187,7 @@ bool MakeMoreExact(double max_error, MethodOptions* options) {
 }
 
 bool CertifiesByDefault(const MethodFacts& facts, double cpu_ms) {
-  constexpr double kScattered = 4;  // rays to random pixels are no packets
-  const double rays = 2.0 * kDefaultCertificate.pixels * kDefaultCertificate.rays;
-  const double cost =
-      TriangleCount(facts) * kRayPerTriangle + rays * kScattered * kRayPerRay * std::log2(TriangleCount(facts) + 2);
-  return cost <= 0.05 * cpu_ms;
+  return CertificateMs(facts, kDefaultCertificate) <= 0.05 * cpu_ms;
 }
 
 }  // namespace halfshade

@@ -1,8 +1,8 @@
 // AUTO: which method, with which options, for a request that names none. Pure; no GL.
 //
-// Decided by facts of scene and request and a table of costs and errors that belongs to the build, never by clocks: the
-// same request, the same choice. The table was measured on two cores with llvmpipe (README.md); only the ratios of its
-// costs matter where no latency is asked for.
+// Decided by facts of scene and request and a table of costs and errors that belongs to the build (cost_model.h), never
+// by clocks: the same request, the same choice. Where a latency is asked for, how slow this machine is counts too
+// (Budget::slowness), and the choice may differ from one start of the server to the next.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -11,21 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "renderer/plan/cost_model.h"
 #include "renderer/request.h"
 #include "renderer/scene/flat_scene.h"
 #include "renderer/scene/pose.h"
 
 namespace halfshade {
-
-// What costs and errors are predicted from.
-struct MethodFacts {
-  uint64_t casting_triangles = 0;
-  double masked_share = 0;  // of them: those with a mask to test
-  uint64_t receivers = 0;   // pixels of all views, or points
-  uint64_t lights = 1;
-  bool wants_penumbra_width = false;
-};
-MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers);
 
 struct MethodChoice {
   MethodOptions options;

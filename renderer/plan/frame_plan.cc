@@ -1,6 +1,7 @@
 #include "renderer/plan/frame_plan.h"
 
 #include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 
 #include "renderer/math/camera.h"
@@ -70,6 +71,18 @@ double FarPlane(const Camera& camera, const std::vector<Box3d>& visible) {
   return farthest > camera.near_m ? farthest + 1e-6 * extent : 0;
 }
 
+// All corners are beyond one of: left, right, bottom, top, near, far.
+bool IsBeyond(const glm::dmat4& clip_from_box, const Box3d& box) {
+  std::array<bool, 6> all_beyond;
+  all_beyond.fill(true);
+  for (const glm::dvec3& corner : Corners(box)) {
+    const glm::dvec4 p = clip_from_box * glm::dvec4(corner, 1);
+    const bool beyond[6] = {p.x<-p.w, p.x> p.w, p.y<-p.w, p.y> p.w, p.z > p.w, p.z < 0};
+    for (int i = 0; i < 6; ++i) all_beyond[i] = all_beyond[i] && beyond[i];
+  }
+  return std::find(all_beyond.begin(), all_beyond.end(), true) != all_beyond.end();
+}
+
 Box3d InLightFrame(const LightFrame& frame, const Box3d& box) {
   Box3d result;
   for (const glm::dvec3& corner : Corners(box)) result.Add(PointToLight(frame, corner));
@@ -110,32 +123,78 @@ bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, 
   }
   const double far_z = all_receivers.max.z;
   if (all_receivers.IsEmpty() || far_z <= 0) return true;
-  // At depth z the hull lies inside the light's rectangle grown linearly, by z / (the nearest receiver's z), to the
-  // receivers' rectangle; with receivers at every depth from 0 the union of the two bounds it.
-  const auto is_outside = [&](double low, double high, double half_edge, double receivers_low, double receivers_high) {
-    return high < std::min(-half_edge, receivers_low) || low > std::max(half_edge, receivers_high);
-  };
+  // What a segment from the light to a receiver at depth r passes at depth z is a mean of both, (1 - t) light + t
+  // receiver, t = z / r. An occluder at depths [a, b] meets segments with t from a / far_z to b / (the nearest
+  // receiver's z), at most 1; their bounds are linear in t.
+  const double near_z = std::max(0.0, all_receivers.min.z);
   return std::all_of(occluders.begin(), occluders.end(), [&](const Box3d& box) {
     const Box3d in_light = InLightFrame(frame, box);
-    return in_light.max.z <= 0 || in_light.min.z > far_z ||
-           is_outside(in_light.min.x, in_light.max.x, half.x, all_receivers.min.x, all_receivers.max.x) ||
-           is_outside(in_light.min.y, in_light.max.y, half.y, all_receivers.min.y, all_receivers.max.y);
+    if (in_light.max.z <= 0 || in_light.min.z > far_z) return true;
+    const double least = std::clamp(in_light.min.z / far_z, 0.0, 1.0);
+    const double most = in_light.max.z < near_z ? in_light.max.z / near_z : 1;
+    const auto is_outside = [&](int axis) {
+      const double low = all_receivers.min[axis] + half[axis], high = all_receivers.max[axis] - half[axis];
+      return in_light.max[axis] < -half[axis] + std::min(least * low, most * low) ||
+             in_light.min[axis] > half[axis] + std::max(least * high, most * high);
+    };
+    return is_outside(0) || is_outside(1);
   });
 }
 
 bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& boxes) {
   const glm::dmat4 clip_from_camera = ClipFromView(camera, aspect) * glm::dmat4(ViewRotationFromWorld(camera));
   return std::all_of(boxes.begin(), boxes.end(), [&](const Box3d& box) {
-    // Outside if all corners are beyond one of: left, right, bottom, top, near, far.
-    std::array<bool, 6> all_beyond;
-    all_beyond.fill(true);
-    for (const glm::dvec3& corner : Corners(box)) {
-      const glm::dvec4 p = clip_from_camera * glm::dvec4(corner - camera.eye_ws, 1);
-      const bool beyond[6] = {p.x<-p.w, p.x> p.w, p.y<-p.w, p.y> p.w, p.z > p.w, p.z < 0};
-      for (int i = 0; i < 6; ++i) all_beyond[i] = all_beyond[i] && beyond[i];
-    }
-    return std::find(all_beyond.begin(), all_beyond.end(), true) != all_beyond.end();
+    return IsBeyond(clip_from_camera, {box.min - camera.eye_ws, box.max - camera.eye_ws});
   });
+}
+
+std::vector<TriangleRun> SeenTriangles(const FlatScene& scene, const Instance& instance, const Camera& camera,
+                                       double aspect) {
+  const Mesh& mesh = scene.meshes[instance.mesh];
+  const glm::dmat4 clip_from_mesh = ClipFromView(camera, aspect) * glm::dmat4(ViewRotationFromWorld(camera)) *
+                                    glm::translate(glm::dmat4(1), -camera.eye_ws) * instance.world_from_mesh;
+  std::vector<TriangleRun> runs;
+  for (uint32_t i = mesh.first_cluster; i < mesh.first_cluster + mesh.cluster_count; ++i) {
+    const Cluster& cluster = scene.clusters[i];
+    if (IsBeyond(clip_from_mesh, {glm::dvec3(cluster.bounds.min), glm::dvec3(cluster.bounds.max)})) continue;
+    if (!runs.empty() && runs.back().first + runs.back().count == cluster.first_triangle) {
+      runs.back().count += cluster.triangle_count;
+    } else {
+      runs.push_back({cluster.first_triangle, cluster.triangle_count});
+    }
+  }
+  return runs;
+}
+
+Box3d SeenGround(const RenderRequest& request, const Camera& camera) {
+  const double aspect = double(request.width) / request.height;
+  const glm::dmat4 clip_from_camera = ClipFromView(camera, aspect) * glm::dmat4(ViewRotationFromWorld(camera));
+  struct Corner {
+    glm::dvec3 at_ws;
+    glm::dvec4 clip;
+  };
+  std::vector<Corner> polygon;
+  for (const glm::dvec3& corner : GroundQuad(request)) {
+    polygon.push_back({corner, clip_from_camera * glm::dvec4(corner - camera.eye_ws, 1)});
+  }
+  // Left, right, bottom, top: a pixel further out. What is nearer than the near plane counts as seen.
+  const double side_x = 1 + 2.0 / request.width, side_y = 1 + 2.0 / request.height;
+  const glm::dvec4 planes[] = {{1, 0, 0, side_x}, {-1, 0, 0, side_x}, {0, 1, 0, side_y}, {0, -1, 0, side_y}};
+  for (const glm::dvec4& plane : planes) {
+    std::vector<Corner> inside;
+    for (size_t i = 0; i < polygon.size(); ++i) {
+      const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+      const double from_a = glm::dot(plane, a.clip), from_b = glm::dot(plane, b.clip);
+      if (from_a >= 0) inside.push_back(a);
+      if ((from_a >= 0) == (from_b >= 0)) continue;
+      const double share = from_a / (from_a - from_b);
+      inside.push_back({glm::mix(a.at_ws, b.at_ws, share), glm::mix(a.clip, b.clip, share)});
+    }
+    polygon = std::move(inside);
+  }
+  Box3d box;
+  for (const Corner& corner : polygon) box.Add(corner.at_ws);
+  return box;
 }
 
 std::array<glm::dvec3, 4> GroundQuad(const RenderRequest& request) {
@@ -153,6 +212,7 @@ struct LightView {
   bool needs_light = true;
   bool wants_visibility = true;
   bool sees_receiver = true;
+  bool sees_air = false;  // fog is lit and shadowed wherever the camera looks: boxes of receivers prove nothing
 };
 
 std::vector<LightPlan> PlanSides(const RenderRequest& request, const std::vector<Box3d>& occluders,
@@ -176,6 +236,10 @@ std::vector<LightPlan> PlanSides(const RenderRequest& request, const std::vector
         decide(LightOutcome::kSkipped, "no output shows light");
       } else if (HasNoPower(light) && !view.wants_visibility) {
         decide(LightOutcome::kSkipped, "emits nothing, and visibility is not asked");
+      } else if (occluders.empty()) {
+        decide(LightOutcome::kNoMapNeeded, "nothing casts");
+      } else if (view.sees_air) {
+        // Its visibility is asked everywhere.
       } else if (!view.sees_receiver) {
         decide(is_back ? LightOutcome::kSkipped : LightOutcome::kNoMapNeeded, "no receiver is in view");
       } else if (FacesAway(side.light, receivers)) {
@@ -222,8 +286,9 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
   if (request.ground) {
     Box3d ground;
     for (const glm::dvec3& corner : GroundQuad(request)) ground.Add(corner);
-    receivers.push_back(ground);
     visible.push_back(ground);
+    if (!wants_light_map) ground = SeenGround(request, request.camera);
+    if (!ground.IsEmpty()) receivers.push_back(ground);
   }
 
   Camera camera = request.camera;
@@ -239,8 +304,13 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
     plan.gbuffer_reason = "nothing is in view";
   }
   const bool sees_receiver = wants_light_map || !no_view_sees(receivers);
+  const bool sees_air = request.fog.has_value() && plan.needs_shading;
+  // Nothing else of the scene has a pixel; a soft shadow map has texels of all.
+  if (!wants_light_map) {
+    std::erase_if(receivers, [&](const Box3d& box) { return no_view_sees({box}); });
+  }
   plan.lights = PlanSides(request, occluders, receivers,
-                          {plan.needs_visibility, wants_visibility || wants_light_map, sees_receiver});
+                          {plan.needs_visibility, wants_visibility || wants_light_map, sees_receiver, sees_air});
   return plan;
 }
 
@@ -252,6 +322,18 @@ std::vector<LightPlan> PlanQuery(const FlatScene& scene, const Pose& pose, const
     if (instance.casts && !box.IsEmpty()) occluders.push_back(box);
   }
   return PlanSides(request, occluders, {points_ws}, LightView());
+}
+
+bool IsOneFlatOccluder(const FlatScene& scene, const Pose& pose) {
+  const Instance* only = nullptr;
+  for (const Instance& instance : pose.instances) {
+    if (!instance.casts) continue;
+    if (only != nullptr) return false;
+    only = &instance;
+  }
+  if (only == nullptr) return false;
+  const Box3f& bounds = scene.meshes[only->mesh].bounds;
+  return bounds.min.x == bounds.max.x || bounds.min.y == bounds.max.y || bounds.min.z == bounds.max.z;
 }
 
 bool HasMaskedCaster(const FlatScene& scene, const Pose& pose) {

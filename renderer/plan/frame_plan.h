@@ -57,6 +57,10 @@ FramePlan PlanFrame(const FlatScene& scene, const Pose& pose, const RenderReques
 std::vector<LightPlan> PlanQuery(const FlatScene& scene, const Pose& pose, const RenderRequest& request,
                                  const Box3d& points_ws);
 
+// One surface hides the light: one casting mesh, flat along an axis of its own, whose nearest and furthest surfaces are
+// the same from everywhere. A second layer of occluders (SsmOptions::passes) holds nothing more.
+bool IsOneFlatOccluder(const FlatScene& scene, const Pose& pose);
+
 // Some caster is there only where its mask lets it.
 bool HasMaskedCaster(const FlatScene& scene, const Pose& pose);
 
@@ -66,11 +70,23 @@ bool HasMaskedCaster(const FlatScene& scene, const Pose& pose);
 bool HasNoPower(const AreaLight& light);
 // Every receiver's box stands at or behind the light's plane: nothing is lit, whatever occludes.
 bool FacesAway(const AreaLight& light, const std::vector<Box3d>& receivers);
-// No casting box reaches into the hull of the light and the receivers' boxes, tested by the separating planes of boxes
-// and hull along the light's axes: false when in doubt.
+// No casting box reaches into the hull of the light and the box around the receivers' boxes in its frame, tested along
+// the light's axes, at the depths that the box has: false when in doubt.
 bool HasNoOccluder(const AreaLight& light, const std::vector<Box3d>& occluders, const std::vector<Box3d>& receivers);
 // No box reaches into the camera's view.
 bool SeesNone(const Camera& camera, double aspect, const std::vector<Box3d>& boxes);
+
+// The part of the ground that the camera sees, a pixel more on each side; empty: none.
+Box3d SeenGround(const RenderRequest& request, const Camera& camera);
+
+// Triangles of one mesh at one place, within the mesh.
+struct TriangleRun {
+  uint32_t first = 0, count = 0;
+};
+// Those whose clusters' boxes reach into the camera's view: what is left out has no pixel. In their order, neighbours
+// joined.
+std::vector<TriangleRun> SeenTriangles(const FlatScene& scene, const Instance& instance, const Camera& camera,
+                                       double aspect);
 
 // World box of one mesh at one place: of its bounds' transformed corners, so it may be larger than the mesh.
 Box3d WorldBox(const FlatScene& scene, const Instance& instance);

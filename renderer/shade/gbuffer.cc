@@ -245,6 +245,7 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
   GBufferPass pass(draw, request, channels.materials);
   RETURN_IF_ERROR(draw.pacer->Charge(kMillisecondsPerPixel * request.width * request.height));
   gl.BindVertexArray(on_context.vertex_array().id());
+  const double aspect = double(request.width) / request.height;
   for (const Instance& instance : pose.instances) {
     if (!instance.is_visible) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
@@ -256,12 +257,16 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
     drawable.is_masked = coverage == MaskCoverage::kTested;
     if (channels.materials || drawable.is_masked) drawable.textures = &on_context.textures(mesh.material);
     drawable.receives = instance.receives;
-    drawable.first_triangle = mesh.first_index / 3;
-    drawable.triangle_count = mesh.TriangleCount();
     drawable.base_vertex = mesh.first_vertex;
     drawable.object_id = instance.node + 1;
-    RETURN_IF_ERROR(pass.Draw(drawable, on_context.triangle_planes()));
-    gbuffer.triangles_drawn += mesh.TriangleCount();
+    gbuffer.triangles_out_of_view += mesh.TriangleCount();
+    for (const TriangleRun& run : SeenTriangles(scene, instance, request.camera, aspect)) {
+      drawable.first_triangle = mesh.first_index / 3 + run.first;
+      drawable.triangle_count = run.count;
+      RETURN_IF_ERROR(pass.Draw(drawable, on_context.triangle_planes()));
+      gbuffer.triangles_drawn += run.count;
+      gbuffer.triangles_out_of_view -= run.count;
+    }
   }
   if (request.ground) RETURN_IF_ERROR(DrawGround(draw, pass, request, GroundId(scene)));
   gl.Disable(GL_CULL_FACE);

@@ -63,6 +63,8 @@ struct OcclusionSum {
   std::string note = {};  // and this
   // Expected |error| of the hidden fraction, one per receiver; empty: the method has no estimate.
   std::vector<float> errors = {};
+  // Neighbouring pixels have samples of their own: their errors are independent (picture_error.h).
+  bool has_independent_errors = false;
   // Where Receivers::wants_blockers: RG32F, sum of w of what hides part of the light less the receiver's w, and the sum
   // of its weights; 0 0: nothing does. Of it PENUMBRA_WIDTH is made.
   gl::Texture blockers{};

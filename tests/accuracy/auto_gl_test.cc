@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kScenes[] = {"S1", "S2", "S3", "S4", "S5", "S6", "plant", "colonnade"};
 constexpr double kBudgets[] = {0.03, 0.01, 0.005, 0.002};
 
-// HALFSHADE_AUTO_TRIPLES=200 is the run that figures are quoted from: four minutes.
+// HALFSHADE_AUTO_TRIPLES=200 is the run that figures are quoted from: a minute.
 int TripleCount() {
   const char* text = std::getenv("HALFSHADE_AUTO_TRIPLES");
   return text != nullptr ? std::atoi(text) : 24;
@@ -98,7 +98,7 @@ TEST(AutoTest, ErrorsAreNearWhatIsPredictedAndWithinTheBudget) {
                 truth > budget ? " BROKEN" : "");
   }
   std::printf("within 2x in %d of %d; budget broken in %d\n", near, triples, broken);
-  EXPECT_GE(near, triples * 3 / 4);
+  EXPECT_GE(near, triples * 17 / 20);
   EXPECT_LE(broken, triples / 50);
 }
 

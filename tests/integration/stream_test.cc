@@ -218,11 +218,58 @@ TEST_F(StreamTest, FaultsAreRenders) {
   EXPECT_EQ(heard.order, "");
 }
 
-TEST_F(StreamTest, ProgressiveIsUnimplementedByItsName) {
+TEST_F(StreamTest, ProgressiveSendsCoarseResultsFirstEachWithItsReport) {
+  SetSize(512, 512);
+  AddOutput(v1::OUTPUT_KIND_FRAME, v1::ENCODING_RAW_F32);
+  AddOutput(v1::OUTPUT_KIND_VISIBILITY, v1::ENCODING_RAW_F32);
   request_.set_progressive(true);
   const Heard heard = Listen();
-  EXPECT_EQ(heard.status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-  EXPECT_THAT(heard.status.error_message(), HasSubstr("progressive: "));
+  ASSERT_TRUE(heard.status.ok()) << heard.status.error_message();
+  EXPECT_EQ(heard.order, "phchcrhchcrhchcr");
+  EXPECT_EQ(renders_begun, 3);
+  ASSERT_EQ(heard.images.size(), 6u);
+  const uint32_t sizes[] = {128, 256, 512};
+  for (size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(heard.images[i].width(), sizes[i / 2]);
+    EXPECT_EQ(heard.images[i].data().size(), size_t(sizes[i / 2]) * sizes[i / 2] * 4 * (i % 2 == 0 ? 4 : 1));
+  }
+  EXPECT_EQ(heard.report.outputs(0).pixel_sha256(), Sha256Hex(heard.images[4].data()));
+}
+
+TEST_F(StreamTest, ASmallPictureComesAloneThoughProgressiveIsAsked) {
+  request_.set_progressive(true);
+  AddOutput(v1::OUTPUT_KIND_FRAME, v1::ENCODING_RAW_F32);
+  EXPECT_EQ(Listen().order, "phcr");
+  EXPECT_EQ(renders_begun, 1);
+}
+
+TEST_F(StreamTest, CoarseResultsThatDoNotFitWhatIsHeldAreLeftOut) {
+  SetSize(4096, 4096);
+  AddOutput(v1::OUTPUT_KIND_FRAME, v1::ENCODING_RAW_F32);  // 256 of the 300 MiB; a quarter and a half would be 80 more
+  request_.set_progressive(true);
+  const Heard heard = Listen();
+  ASSERT_TRUE(heard.status.ok()) << heard.status.error_message();
+  EXPECT_EQ(heard.order, "phcr");
+}
+
+TEST_F(StreamTest, AStreamCancelledAfterItsFirstImageDrawsNoFurther) {
+  SetSize(512, 512);
+  AddOutput(v1::OUTPUT_KIND_FRAME, v1::ENCODING_RAW_F32);
+  request_.set_progressive(true);
+  render_ms = 200;
+  grpc::ClientContext context;
+  const auto stream = renders_->RenderStream(&context, request_);
+  v1::RenderStreamResponse part;
+  while (stream->Read(&part) && !part.has_report()) {
+  }
+  EXPECT_TRUE(part.has_report());
+  context.TryCancel();
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  render_ms = 0;
+  request_.mutable_request()->set_seed(1);
+  request_.set_progressive(false);
+  EXPECT_EQ(Listen().order, "phcr") << "the context is free again";
+  EXPECT_EQ(renders_begun, 3) << "the second coarse one, which was under way, and this";
 }
 
 TEST_F(StreamTest, ACancelledStreamFreesTheContextWhetherItDrawsOrSends) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "tests/client/temporary_folder.h"
@@ -43,7 +44,7 @@ bool IsRunning(pid_t pid) {
   return pid > 0 && waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
 }
 
-int Wait(pid_t pid) {
+int WaitFor(pid_t pid) {
   int status = 0;
   if (pid < 0 || waitpid(pid, &status, 0) != pid) return -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -60,7 +61,7 @@ Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& f
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, (streams / "out").c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, (streams / "err").c_str(), O_WRONLY | O_CREAT, 0600);
   Ran ran;
-  ran.exit_code = Wait(Spawn(HALFSHADE_BINARY, arguments, &actions));
+  ran.exit_code = WaitFor(Spawn(HALFSHADE_BINARY, arguments, &actions));
   ran.out = ReadAll(streams / "out");
   ran.err = ReadAll(streams / "err");
   return ran;
@@ -80,7 +81,7 @@ ClientProcess::~ClientProcess() { Kill(); }
 
 bool ClientProcess::IsAlive() const { return IsRunning(pid_); }
 
-int ClientProcess::Wait() { return halfshade::Wait(std::exchange(pid_, -1)); }
+int ClientProcess::Wait() { return WaitFor(std::exchange(pid_, -1)); }
 
 void ClientProcess::Kill() {
   if (pid_ < 0) return;
@@ -116,19 +117,35 @@ ServerProcess::~ServerProcess() { Stop(); }
 
 bool ServerProcess::IsAlive() const { return IsRunning(pid_); }
 
-int ServerProcess::Stop() {
+void ServerProcess::Signal(int signal) const {
+  if (pid_ > 0) kill(pid_, signal);
+}
+
+int ServerProcess::Wait() {
   if (pid_ < 0) return -1;
-  kill(pid_, SIGTERM);
-  const int exit_code = Wait(pid_);
+  const int exit_code = WaitFor(pid_);
   pid_ = -1;
   return exit_code;
+}
+
+int ServerProcess::Stop() {
+  Signal(SIGTERM);
+  return Wait();
+}
+
+double ServerProcess::PeakMemoryMb() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string word; status >> word;) {
+    double kb = 0;
+    if (word == "VmHWM:" && status >> kb) return kb / 1e3;
+  }
+  return 0;
 }
 
 void ServerProcess::Kill() {
   if (pid_ < 0) return;
   kill(pid_, SIGKILL);
-  Wait(pid_);
-  pid_ = -1;
+  Wait();
 }
 
 }  // namespace halfshade

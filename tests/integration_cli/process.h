@@ -46,6 +46,11 @@ class ServerProcess {
   bool IsAlive() const;
   // Sends SIGTERM and waits; the exit code.
   int Stop();
+  void Signal(int signal) const;
+  // Waits for its end; the exit code.
+  int Wait();
+  // VmHWM.
+  double PeakMemoryMb() const;
   // SIGKILL: no handler, no destructor, no flush.
   void Kill();
 

@@ -150,6 +150,18 @@ TEST(ValidateRenderTest, ABudgetThatNothingMeetsNamesTheBestPossible) {
               StatusIs(Code::kFailedPrecondition, HasSubstr("budget.max_latency: 1.0 ms; the least possible is ")));
 }
 
+TEST(ValidateRenderTest, ALatencyRefusesAMethodThatIsPredictedToBeLate) {
+  v1::RenderRequest request = Good();
+  request.mutable_method()->mutable_multi_map()->set_k(64);
+  request.mutable_budget()->mutable_max_latency()->set_seconds(10);
+  EXPECT_OK(ValidateRender(request, Scene(), Limits()));
+  EXPECT_THAT(ValidateRender(request, Scene(), Limits(), 60),
+              StatusIs(Code::kFailedPrecondition,
+                       HasSubstr("budget.max_latency: 10000 ms; the method with these options is predicted to take ")));
+  request.mutable_budget()->clear_max_latency();
+  EXPECT_OK(ValidateRender(request, Scene(), Limits(), 60));
+}
+
 TEST(ValidateRenderTest, ABudgetOfAMethodThatDoesNotTellItsErrorIsMeasured) {
   v1::RenderRequest request = Good();
   request.mutable_method()->mutable_pcss();

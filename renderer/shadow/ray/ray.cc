@@ -49,6 +49,7 @@ absl::StatusOr<OcclusionSum> RayMethod::ResolveOcclusion(const DrawContext& draw
                                                   [&draw] { return draw.pacer->Finish(); }));
   OcclusionSum sum{std::move(traced.hidden), 1, traced.rays};
   sum.errors = std::move(traced.errors);
+  sum.has_independent_errors = true;
   return sum;
 }
 

@@ -67,6 +67,7 @@ class Resolve {
     for (float& error : errors_) error = std::max(error, 0.0f);
     sum.sums = std::move(hidden_);
     sum.errors = std::move(errors_);
+    sum.has_independent_errors = !options_.is_sparse;
     return sum;
   }
 

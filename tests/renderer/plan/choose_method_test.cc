@@ -76,6 +76,45 @@ TEST(ChooseMethodTest, ALatencyBuysTheLeastErrorInTime) {
   EXPECT_LT(error, 0.001);
 }
 
+TEST(ChooseMethodTest, AMachineThreeTimesSlowerGetsWhatAThirdOfTheTimeBuysHere) {
+  for (const double max_latency_ms : {100.0, 300.0, 1000.0}) {
+    const auto slow = ChooseMethod(Facts(6000), {.max_latency_ms = 3 * max_latency_ms, .slowness = 3});
+    const auto here = ChooseMethod(Facts(6000), {.max_latency_ms = max_latency_ms});
+    ASSERT_OK(slow);
+    ASSERT_OK(here);
+    EXPECT_EQ(slow->error, here->error);
+    EXPECT_EQ(slow->cpu_ms, here->cpu_ms);
+  }
+  EXPECT_OK(ChooseMethod(Facts(6000), {.max_latency_ms = 100}));
+  EXPECT_FALSE(ChooseMethod(Facts(6000), {.max_latency_ms = 100, .slowness = 30}).ok());
+}
+
+TEST(ChooseMethodTest, WithAnErrorAloneNoMachineChoosesOtherwise) {
+  for (const double max_error : {0.03, 0.002, 0.0003}) {
+    const auto quick = ChooseMethod(Facts(70'000), {.max_error = max_error, .slowness = 0.1});
+    const auto slow = ChooseMethod(Facts(70'000), {.max_error = max_error, .slowness = 50});
+    ASSERT_OK(quick);
+    ASSERT_OK(slow);
+    EXPECT_EQ(quick->reason, slow->reason);
+    EXPECT_EQ(quick->options.index(), slow->options.index());
+  }
+}
+
+TEST(ChooseMethodTest, ALatencyIsKeptAndBoughtOutToTheNextChoice) {
+  const MethodFacts facts = Facts(6000);
+  for (const double max_latency_ms : {80.0, 120.0, 500.0, 4000.0}) {
+    const auto choice = ChooseMethod(facts, {.max_latency_ms = max_latency_ms});
+    ASSERT_OK(choice);
+    EXPECT_LE(PredictWallMs(facts, choice->cpu_ms, 1), max_latency_ms);
+    // With its error as a bound, and the time that it takes, it is still the choice; with less of either nothing is.
+    const double wall_ms = PredictWallMs(facts, choice->cpu_ms, 1);
+    EXPECT_OK(ChooseMethod(facts, {.max_error = choice->error, .max_latency_ms = wall_ms}));
+    const auto better = ChooseMethod(facts, {.max_error = 0.99 * choice->error, .max_latency_ms = max_latency_ms});
+    EXPECT_TRUE(!better.ok() || better->error < choice->error) << better->reason;
+    EXPECT_FALSE(better.ok()) << better->reason;
+  }
+}
+
 TEST(ChooseMethodTest, PenumbraWidthsAreSssms) {
   MethodFacts facts = Facts(6000);
   facts.wants_penumbra_width = true;

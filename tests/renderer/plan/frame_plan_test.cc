@@ -229,6 +229,33 @@ TEST(PlanFrameTest, NothingInViewDrawsNothing) {
 }
 
 // Conservative: wherever a segment from the light to a receiver meets an occluder's box, the skip must not fire.
+TEST(PlanFrameTest, FogIsShadowedWhereNoReceiverIs) {
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {1, 1, 1})});
+  RenderRequest request = Request();
+  request.camera = LookFrom({5, 0, 0}, {10, 0, 0});  // away from the box
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kNoMapNeeded);
+  request.fog = Fog{};
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kCompute) << "the air is seen";
+  request.outputs = {OutputKind::kVisibility};
+  EXPECT_EQ(Plan(scene, request).lights[0].outcome, LightOutcome::kNoMapNeeded) << "fog is of FRAME alone";
+  request.outputs = {OutputKind::kFrame};
+  request.node_overrides = {{.node = 0, .local = std::nullopt, .casts = false}};
+  EXPECT_EQ(PlanFrame(scene, *BuildPose(scene, 0, request.node_overrides), request).lights[0].outcome,
+            LightOutcome::kNoMapNeeded);
+}
+
+TEST(IsOneFlatOccluderTest, IsSaidOfOnePlateAlone) {
+  const GlbMesh plate = MakePlate({0, 1, 0}, 1, 1), box = MakeBox({0, 0, 0}, {1, 1, 1});
+  const auto is_flat = [](const FlatScene& scene, const std::vector<NodeOverride>& overrides = {}) {
+    return IsOneFlatOccluder(scene, *BuildPose(scene, 0, overrides));
+  };
+  EXPECT_TRUE(is_flat(MakeFlatScene({plate})));
+  EXPECT_FALSE(is_flat(MakeFlatScene({box})));
+  EXPECT_FALSE(is_flat(MakeFlatScene({plate, plate})));
+  EXPECT_TRUE(is_flat(MakeFlatScene({plate, box}), {{.node = 1, .local = std::nullopt, .casts = false}}));
+  EXPECT_FALSE(is_flat(MakeFlatScene({plate}), {{.node = 0, .local = std::nullopt, .casts = false}}));
+}
+
 TEST(HasNoOccluderTest, NeverSkipsAnOccluderThatASegmentMeets) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);

@@ -1,11 +1,14 @@
 // The skips must be proofs for every light: turned, far off, long and thin, a line, a point.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "renderer/math/camera.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/plan/frame_plan.h"
+#include "tests/support/flat_scene_builder.h"
 
 namespace halfshade {
 namespace {
@@ -94,6 +97,76 @@ TEST_F(SkipPredicateTest, FacingAwayIsNeverSaidWhereAReceiverStandsInFront) {
     for (int i = 0; i < 16; ++i) ASSERT_LE(PointToLight(MakeLightFrame(light), PointIn(receiver)).z, 0) << round;
   }
   EXPECT_GT(skips, 2000);
+}
+
+TEST_F(SkipPredicateTest, TheSeenGroundHoldsEveryPointOfItThatHasAPixel) {
+  int seen = 0, unseen = 0;
+  for (int round = 0; round < 2000; ++round) {
+    RenderRequest request;
+    request.width = 64;
+    request.height = 48;
+    request.ground = Ground{Between(-1, 1), Between(1, 20), false};
+    const auto camera = MakeLookAtCamera(Point(4), Point(4), {0, 1, 0});
+    if (!camera.ok()) continue;
+    request.camera = *camera;
+    request.camera.is_orthographic = round % 3 == 0;
+    request.camera.near_m = request.camera.is_orthographic ? 0 : 0.01;
+    request.camera.target_ws = {0, 0, 0};
+    const Box3d box = SeenGround(request, request.camera);
+    const auto quad = GroundQuad(request);
+    const glm::dmat4 clip_from_camera =
+        ClipFromView(request.camera, 64.0 / 48) * glm::dmat4(ViewRotationFromWorld(request.camera));
+    for (int i = 0; i < 64; ++i) {
+      const glm::dvec3 p =
+          glm::mix(glm::mix(quad[0], quad[1], Between(0, 1)), glm::mix(quad[3], quad[2], Between(0, 1)), Between(0, 1));
+      const glm::dvec4 clip = clip_from_camera * glm::dvec4(p - request.camera.eye_ws, 1);
+      if (clip.w <= 0 || std::abs(clip.x) > clip.w || std::abs(clip.y) > clip.w || clip.z > clip.w) {
+        ++unseen;
+        continue;
+      }
+      ++seen;
+      ASSERT_FALSE(box.IsEmpty()) << round;
+      for (const int axis : {0, 2}) {
+        ASSERT_GE(p[axis], box.min[axis] - 1e-9) << round;
+        ASSERT_LE(p[axis], box.max[axis] + 1e-9) << round;
+      }
+    }
+  }
+  EXPECT_GT(seen, 5000);
+  EXPECT_GT(unseen, 5000);
+}
+
+TEST_F(SkipPredicateTest, SeenTrianglesAreAllThatHaveACornerInView) {
+  const FlatScene scene = MakeFlatScene({MakeSphere({0, 0, 0}, 1, 40)});
+  const Pose pose = *BuildPose(scene, 0);
+  const Instance& instance = pose.instances[0];
+  const Mesh& mesh = scene.meshes[0];
+  ASSERT_GT(mesh.cluster_count, 8u);
+  uint64_t left_out = 0, kept = 0;
+  for (int round = 0; round < 200; ++round) {
+    auto camera = MakeLookAtCamera(Point(3), Point(2), {0, 1, 0});
+    if (!camera.ok()) continue;
+    camera->near_m = 0.01;
+    const glm::dmat4 clip_from_mesh = ClipFromView(*camera, 1.5) * glm::dmat4(ViewRotationFromWorld(*camera));
+    std::vector<bool> is_kept(mesh.TriangleCount(), false);
+    uint32_t end = 0;
+    for (const TriangleRun& run : SeenTriangles(scene, instance, *camera, 1.5)) {
+      ASSERT_TRUE(run.first > end || end == 0) << "in order, and joined where they touch";
+      end = run.first + run.count;
+      ASSERT_LE(end, mesh.TriangleCount());
+      std::fill(is_kept.begin() + run.first, is_kept.begin() + end, true);
+    }
+    for (uint32_t i = 0; i < mesh.index_count; ++i) {
+      const glm::dvec4 p(instance.world_from_mesh * glm::dvec4(scene.positions[scene.indices[i]], 1));
+      const glm::dvec4 clip = clip_from_mesh * glm::dvec4(glm::dvec3(p) - camera->eye_ws, 1);
+      const bool is_in_view = std::abs(clip.x) < clip.w && std::abs(clip.y) < clip.w && clip.z > 0 && clip.z < clip.w;
+      ASSERT_TRUE(is_kept[i / 3] || !is_in_view) << round;
+    }
+    left_out += uint64_t(std::count(is_kept.begin(), is_kept.end(), false));
+    kept += uint64_t(std::count(is_kept.begin(), is_kept.end(), true));
+  }
+  EXPECT_GT(left_out, kept / 4);
+  EXPECT_GT(kept, 0u);
 }
 
 TEST(NoPowerTest, AsksRadianceOfRectanglesAndIntensityOfLinesAndPoints) {

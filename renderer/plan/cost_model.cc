@@ -1,0 +1,180 @@
+#include "renderer/plan/cost_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/math/light_frame.h"
+#include "renderer/plan/frame_plan.h"
+
+namespace halfshade {
+namespace {
+
+constexpr double kEach = 1.5;  // whatever its size: what a picture of one pixel takes
+constexpr double kPrimaryPerReceiver = 4e-5;
+constexpr double kFinishPerReceiver = 8e-5;  // of maps' methods: horizon, clamping, read-back; a light
+constexpr double kShaftPerTriangle = 8e-4;
+constexpr double kShaftPerReceiver = 2e-5;
+constexpr double kShaftPerPolygon = 2.4e-6;  // times the square root of the triangles: what a tile's list grows like
+constexpr double kShaftPerRow = 1.0 / 40;    // of that, for each row beyond 8
+constexpr double kShaftMasked = 15;          // times as dear where all is masked
+constexpr double kShaftSparse = 0.8;
+constexpr double kRayPerTriangle = 1e-3;
+constexpr double kRayPerRay = 1.6e-6;      // times the logarithm of the triangles
+constexpr double kRayAdaptiveShare = 0.2;  // of the rays of every receiver: penumbra pays
+// A map: its triangles, its texels, and a receiver that asks it.
+constexpr double kMapPerTriangle = 2e-4, kMapPerTexel = 1e-6, kMapPerReceiver = 2.8e-5;
+constexpr double kViewsInRooms = 5;
+constexpr double kPcssPerTap = 4.8e-7;  // of the two squares of taps, with the skip
+constexpr double kSssmPerTap = 2.4e-6;  // of the four rows of taps, of each cell
+constexpr double kSsmPerPatch = 1.2e-5, kSsmPerReceiver = 3e-5;
+constexpr double kPdsmPerTexel = 1.2e-5, kPdsmPerReceiver = 1e-4;
+constexpr int kMostSubLights = 4;  // that SSM chooses
+constexpr int kMostSsmMap = 512;
+// Mean errors: of rows of 32 samples, of stratified rays.
+constexpr double kShaftErrorOfRow = 0.03;
+constexpr double kRayErrorOfRay = 0.2, kRayRate = 0.7;
+// Where all is masked, leaves upon leaves, they are so many times as large.
+constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
+constexpr int kMostMaskedRows = 16;  // shaft chooses no more where there is a mask
+// Wall time, of CPU time on as many threads as there are: drawing and encoding are partly on one.
+constexpr double kWallPerCpu = 0.7;
+constexpr double kEncodePerReceiver = 7e-5;
+
+double TriangleCount(const MethodFacts& facts) { return double(std::max<uint64_t>(facts.casting_triangles, 1)); }
+double Squared(double x) { return x * x; }
+
+// Milliseconds of one light: its data, and each receiver.
+struct LightCost {
+  double data = 0, per_receiver = 0;
+};
+
+LightCost MapsCost(const MethodFacts& facts, double views, double map_size) {
+  const double maps = facts.has_side_windows ? kViewsInRooms * views : views;
+  return {maps * (TriangleCount(facts) * kMapPerTriangle + Squared(map_size) * kMapPerTexel),
+          kFinishPerReceiver + maps * kMapPerReceiver};
+}
+
+// The table, by method. RAY's hierarchy is the scene's, whatever the number of lights: PredictCost adds it.
+struct CostOf {
+  const MethodFacts& facts;
+
+  LightCost operator()(const HardOptions& hard) const { return MapsCost(facts, 1, hard.map_size); }
+  LightCost operator()(const MultiMapOptions& maps) const { return MapsCost(facts, maps.k, maps.map_size); }
+  LightCost operator()(const RayOptions& ray) const {
+    const double rays = ray.is_adaptive ? 16 + kRayAdaptiveShare * std::max(0, ray.rays - 16) : ray.rays;
+    return {0, rays * kRayPerRay * std::log2(TriangleCount(facts) + 2)};
+  }
+  LightCost operator()(const PcssOptions& pcss) const {
+    LightCost cost = MapsCost(facts, 1, pcss.map_size);
+    cost.per_receiver += kPcssPerTap * (Squared(pcss.blocker_taps) + Squared(pcss.filter_taps));
+    return cost;
+  }
+  LightCost operator()(const SssmOptions& sssm) const {
+    const double cells = Squared(sssm.sub_lights);
+    LightCost cost = MapsCost(facts, cells, sssm.map_size);
+    cost.per_receiver += cells * kSssmPerTap * 2 * (sssm.blocker_taps + sssm.filter_taps);
+    return cost;
+  }
+  LightCost operator()(const SsmOptions& ssm) const {
+    const double q = ssm.sub_lights > 0 ? ssm.sub_lights : kMostSubLights;
+    const double size = ssm.occluder_map_size > 0 ? ssm.occluder_map_size : kMostSsmMap;
+    const double maps = q * q * ssm.passes;
+    LightCost cost = MapsCost(facts, maps, size);
+    cost.data += maps * Squared(size) * kSsmPerPatch;
+    cost.per_receiver = kFinishPerReceiver + maps * kSsmPerReceiver;
+    return cost;
+  }
+  LightCost operator()(const PdsmOptions& pdsm) const {
+    LightCost cost = MapsCost(facts, pdsm.k, pdsm.map_size);
+    cost.data += pdsm.k * Squared(pdsm.pdsm_size) * kPdsmPerTexel;
+    cost.per_receiver = kFinishPerReceiver + kPdsmPerReceiver;
+    return cost;
+  }
+  LightCost operator()(const ShaftOptions& shaft) const {
+    const int rows = shaft.rows > 0 ? shaft.rows : ShaftRowsFor(facts, shaft.max_error);
+    const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) * (1 + kShaftPerRow * (rows - 8)) *
+                         (1 + kShaftMasked * facts.masked_share);
+    return {TriangleCount(facts) * kShaftPerTriangle, kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * lists};
+  }
+};
+
+// The box reaches from behind the light's plane to before it: beyond every slope of one map.
+bool StandsBeside(const AreaLight& light, const Box3d& box) {
+  Box3d in_light;
+  const LightFrame frame = MakeLightFrame(light);
+  for (int i = 0; i < 8; ++i) {
+    in_light.Add(PointToLight(
+        frame, {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y, i & 4 ? box.max.z : box.min.z}));
+  }
+  return in_light.min.z <= 0 && in_light.max.z > 0;
+}
+
+double Clutter(const MethodFacts& facts, double most) { return 1 + (most - 1) * facts.masked_share; }
+
+}  // namespace
+
+MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers) {
+  MethodFacts facts;
+  uint64_t masked = 0;
+  for (const Instance& instance : pose.instances) {
+    if (!instance.casts) continue;
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    facts.casting_triangles += mesh.TriangleCount();
+    if (scene.CoverageOf(mesh) == MaskCoverage::kTested) masked += mesh.TriangleCount();
+    const Box3d box = WorldBox(scene, instance);
+    facts.has_side_windows =
+        facts.has_side_windows ||
+        (!box.IsEmpty() && std::any_of(request.lights.begin(), request.lights.end(),
+                                       [&](const AreaLight& light) { return StandsBeside(light, box); }));
+  }
+  if (facts.casting_triangles > 0) facts.masked_share = double(masked) / double(facts.casting_triangles);
+  facts.receivers = receivers;
+  facts.lights = std::max<uint64_t>(request.lights.size(), 1);
+  facts.wants_penumbra_width =
+      std::find(request.outputs.begin(), request.outputs.end(), OutputKind::kPenumbraWidth) != request.outputs.end();
+  return facts;
+}
+
+PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options) {
+  const LightCost light = std::visit(CostOf{facts}, options);
+  const auto lights = double(facts.lights);
+  PredictedCost cost;
+  cost.light_ms = lights * light.data;
+  if (std::holds_alternative<RayOptions>(options)) cost.light_ms += TriangleCount(facts) * kRayPerTriangle;
+  cost.receiver_ms = kEach + double(facts.receivers) * (kPrimaryPerReceiver + lights * light.per_receiver);
+  return cost;
+}
+
+double PredictWallMs(const MethodFacts& facts, double cpu_ms, double slowness) {
+  return slowness * (kWallPerCpu * cpu_ms + kEncodePerReceiver * double(facts.receivers));
+}
+
+double ShaftError(const MethodFacts& facts, int rows) {
+  return kShaftErrorOfRow / rows * Clutter(facts, kClutteredRows);
+}
+
+int ShaftRowsFor(const MethodFacts& facts, double max_error) {
+  const int most_rows = facts.masked_share > 0 ? kMostMaskedRows : 64;
+  int rows = 8;
+  while (rows < most_rows && ShaftError(facts, rows) > max_error) rows *= 2;
+  return rows;
+}
+
+double RayError(const MethodFacts& facts, int rays) {
+  return Clutter(facts, kClutteredRays) * kRayErrorOfRay * std::pow(rays, -kRayRate);
+}
+
+int RaysFor(const MethodFacts& facts, double max_error) {
+  const double wanted = std::pow(Clutter(facts, kClutteredRays) * kRayErrorOfRay / max_error, 1 / kRayRate);
+  int rays = 16;
+  while (rays < kMostRays && rays < wanted) rays *= 2;
+  return rays;
+}
+
+double CertificateMs(const MethodFacts& facts, const CertifyOptions& certificate) {
+  constexpr double kScattered = 4;  // rays to random pixels are no packets
+  const double rays = 2.0 * certificate.pixels * certificate.rays;
+  return TriangleCount(facts) * kRayPerTriangle + rays * kScattered * kRayPerRay * std::log2(TriangleCount(facts) + 2);
+}
+
+}  // namespace halfshade

@@ -1,0 +1,51 @@
+// What a render is predicted to cost and to be off by, from facts of scene and request and a table that belongs to the
+// build. Pure; no GL, no clocks.
+//
+// CPU milliseconds of all threads on two cores with llvmpipe (README.md: the commands that print what the table was
+// fitted to). Only their ratios decide where no latency is asked for; wall time is theirs times how much slower this
+// machine is (Budget::slowness).
+#pragma once
+
+#include <cstdint>
+
+#include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+#include "renderer/scene/pose.h"
+
+namespace halfshade {
+
+// What costs and errors are predicted from.
+struct MethodFacts {
+  uint64_t casting_triangles = 0;
+  double masked_share = 0;  // of them: those with a mask to test
+  uint64_t receivers = 0;   // pixels of all views, or points
+  uint64_t lights = 1;
+  bool wants_penumbra_width = false;
+  bool has_side_windows = false;  // some caster's box stands beside a light: each map is five (light/window.h)
+};
+MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers);
+
+// Primary visibility included, nothing cached.
+struct PredictedCost {
+  double light_ms = 0;     // what stays for the next camera
+  double receiver_ms = 0;  // what does not
+  double TotalMs() const { return light_ms + receiver_ms; }
+};
+// Of options that are left open: as if the most were chosen, but shaft's rows, which are those for its max_error.
+PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options);
+
+// Wall time to the last byte encoded, of a render of cpu_ms, on a machine that is so much slower than the table's.
+double PredictWallMs(const MethodFacts& facts, double cpu_ms, double slowness);
+
+// Mean errors over shadowed receivers. `max_error` > 0.
+double ShaftError(const MethodFacts& facts, int rows);
+int ShaftRowsFor(const MethodFacts& facts, double max_error);  // 8 to 64, at most 16 where there is a mask
+double RayError(const MethodFacts& facts, int rays);
+int RaysFor(const MethodFacts& facts, double max_error);  // 16 to kMostRays, a power of two
+inline constexpr int kMostRays = 65536;
+inline constexpr double kSssmError = 0.03;
+
+// Of a certificate of `pixels` by two sets of `rays`, the hierarchy that they are traced in included.
+double CertificateMs(const MethodFacts& facts, const CertifyOptions& certificate);
+
+}  // namespace halfshade

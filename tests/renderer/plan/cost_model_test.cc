@@ -1,0 +1,101 @@
+#include "renderer/plan/cost_model.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/render_fixture.h"
+
+namespace halfshade {
+namespace {
+
+MethodFacts Facts(uint64_t triangles, uint64_t receivers = 640 * 360) {
+  return {.casting_triangles = triangles, .receivers = receivers};
+}
+
+// What `halfshade bench --suite quick` measured at 640 x 360: the geometric mean of its two scenes in README.md's
+// table, of 5 k and 6 k triangles. A factor of three either way: what decides between methods is an order of magnitude.
+TEST(CostModelTest, IsNearTheTableOfTheReadme) {
+  struct Row {
+    MethodOptions options;
+    double shadow_ms;
+  };
+  PcssOptions pcss;
+  SssmOptions sssm;
+  sssm.blocker_taps = 11;
+  sssm.filter_taps = 21;
+  sssm.sub_lights = 2;
+  const Row rows[] = {{HardOptions{1024}, 27},
+                      {pcss, 65},
+                      {sssm, 284},
+                      {MultiMapOptions{16, 512}, 123},
+                      {MultiMapOptions{64, 512}, 492},
+                      {PdsmOptions{}, 500},
+                      {SsmOptions{.occluder_map_size = 256, .sub_lights = 2}, 63},
+                      {SsmOptions{}, 227},
+                      {RayOptions{.rays = 16}, 73},
+                      {RayOptions{.rays = 64}, 178},
+                      {RayOptions{.rays = 256, .is_adaptive = true}, 210},
+                      {ShaftOptions{.rows = 8}, 35},
+                      {ShaftOptions{.rows = 64}, 58}};
+  for (const Row& row : rows) {
+    const double predicted_ms = PredictCost(Facts(5000), row.options).TotalMs();
+    EXPECT_GT(predicted_ms, row.shadow_ms / 3) << row.options.index();
+    EXPECT_LT(predicted_ms, row.shadow_ms * 3) << row.options.index();
+  }
+}
+
+TEST(CostModelTest, GrowsWithWhatIsWorkAndOnlyWithThat) {
+  const MethodOptions methods[] = {HardOptions{}, MultiMapOptions{}, RayOptions{},  PcssOptions{},
+                                   SsmOptions{},  PdsmOptions{},     SssmOptions{}, ShaftOptions{}};
+  for (const MethodOptions& options : methods) {
+    const PredictedCost cost = PredictCost(Facts(5000), options);
+    const PredictedCost denser = PredictCost(Facts(50'000), options),
+                        larger = PredictCost(Facts(5000, 921'600), options);
+    EXPECT_GT(denser.TotalMs(), cost.TotalMs()) << options.index();
+    EXPECT_GT(larger.receiver_ms, 3 * cost.receiver_ms) << options.index();
+    EXPECT_EQ(larger.light_ms, cost.light_ms) << "light data knows no camera";
+    MethodFacts two_lights = Facts(5000);
+    two_lights.lights = 2;
+    EXPECT_GT(PredictCost(two_lights, options).TotalMs(), cost.TotalMs());
+    EXPECT_LE(PredictCost(two_lights, options).TotalMs(), 2 * cost.TotalMs());
+  }
+}
+
+TEST(CostModelTest, ErrorsFallWithWorkAndRowsAndRaysAreTheFewestThatMeetThem) {
+  const MethodFacts plain = Facts(5000);
+  MethodFacts masked = plain;
+  masked.masked_share = 1;
+  EXPECT_GT(RayError(masked, 64), RayError(plain, 64));
+  for (const double max_error : {0.03, 0.01, 0.003, 0.001}) {
+    const int rays = RaysFor(plain, max_error), rows = ShaftRowsFor(plain, max_error);
+    EXPECT_LE(RayError(plain, rays), max_error);
+    EXPECT_TRUE(rays == 16 || RayError(plain, rays / 2) > max_error);
+    EXPECT_LE(ShaftError(plain, rows), max_error);
+    EXPECT_TRUE(rows == 8 || ShaftError(plain, rows / 2) > max_error);
+  }
+  EXPECT_EQ(RaysFor(plain, 1e-9), kMostRays);
+  EXPECT_EQ(ShaftRowsFor(plain, 1e-9), 64);
+  EXPECT_EQ(ShaftRowsFor(masked, 1e-9), 16);
+}
+
+TEST(CostModelTest, InRoomsMapsAreFiveAndRaysAreRays) {
+  MethodFacts room = Facts(5000);
+  room.has_side_windows = true;
+  EXPECT_GT(PredictCost(room, MultiMapOptions{}).TotalMs(), 4 * PredictCost(Facts(5000), MultiMapOptions{}).TotalMs());
+  EXPECT_EQ(PredictCost(room, ShaftOptions{}).TotalMs(), PredictCost(Facts(5000), ShaftOptions{}).TotalMs());
+  const FlatScene scene = MakeFlatScene({MakeBox({0, 0, 0}, {2, 2, 2})});
+  const Pose pose = *BuildPose(scene, 0);
+  RenderRequest request;
+  for (const auto& [height, is_beside] : {std::pair{1.01, false}, {0.99, true}, {-1.01, false}}) {
+    request.lights = {LightAbove(height, 1)};
+    EXPECT_EQ(FactsForMethod(scene, pose, request, 1).has_side_windows, is_beside) << height;
+  }
+}
+
+TEST(CostModelTest, WallTimeGoesWithTheMachine) {
+  const MethodFacts facts = Facts(5000);
+  EXPECT_DOUBLE_EQ(PredictWallMs(facts, 100, 3), 3 * PredictWallMs(facts, 100, 1));
+}
+
+}  // namespace
+}  // namespace halfshade
