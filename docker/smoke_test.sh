@@ -67,6 +67,21 @@ alone halfshade render /work/plate.gltf -o /work/out/plate.png --size 320x180
 head -c 24 "$work/out/plate.png" | cmp - <(printf '\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\x01\x40\0\0\0\xb4')
 echo "render: 320 x 180 in $(since "$begin") ms, $(stat -c %s "$work/out/plate.png") bytes of uid $(stat -c %u "$work/out/plate.png")"
 
+# README.md's job for a CI: the picture is the one that was agreed on; and one that is not fails.
+cp "$work/plate.gltf" "$work/out/scene.gltf"
+job=$(sed -n '/^ *halfshade render scene.glb/,/^ *python3/p' README.md | sed 's/scene.glb/scene.gltf/; s/^ *//')
+[ "$(wc -l <<<"$job")" -eq 3 ]
+in_ci() (
+  cd "$work/out"
+  halfshade() { "${engine[@]}" "${fenced[@]}" --network none -w /work/out "$image" halfshade "$@"; }
+  eval "set -e; $job"
+)
+alone halfshade render /work/plate.gltf -o /work/out/agreed.png --max-error 0.01
+in_ci
+alone halfshade render /work/plate.gltf -o /work/out/agreed.png --camera "eye=1,5,4 target=0,0,0"
+! in_ci 2>/dev/null
+echo "README.md's CI job: passes with its picture, fails with another"
+
 # The image's own command: loopback, port 50051, of a network of its own.
 begin=$(date +%s%N)
 "${engine[@]}" "${fenced[@]}" --network none --name "$name" "$image" >"$work/serving.txt" &
@@ -89,7 +104,9 @@ grep -q '"wholeBefore": 24' "$work/summary.json"
 alone halfshade batch /work/requests.jsonl -o /work/out/alone
 [ "$(wc -l <"$work/out/asked/manifest.jsonl")" -eq 24 ]
 cmp <(digests "$work/out/asked/manifest.jsonl") <(digests "$work/out/alone/manifest.jsonl")
-echo "server: at most $("${engine[@]}" exec "$name" sed -n 's/^VmHWM: *\([0-9]*\) kB/\1/p' /proc/1/status | awk '{print int($1 / 1000)}') MB"
+peak_mb=$("${engine[@]}" exec "$name" awk '/^VmHWM:/ {print int($2 / 1000)}' /proc/1/status)
+[ "$peak_mb" -gt 0 ]
+echo "server: at most $peak_mb MB of its own"
 "${engine[@]}" stop -t 10 "$name" >/dev/null
 wait "$server" || { echo "the server did not end cleanly" >&2; exit 1; }
 echo "smoke test passed"
