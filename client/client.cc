@@ -149,7 +149,10 @@ absl::Status Client::Call(const std::string& server, const std::string& scene, c
 void Client::Pause(const std::string& server, Clock::time_point until) const {
   // gRPC connects only while somebody waits on the channel: in a pause that is mere sleep nobody sees that the server
   // is back, the connection runs out of its time, and the next attempt fails at once.
-  if (!server.empty()) ChannelTo(server)->WaitForConnected(until);
+  if (!server.empty()) {
+    const auto channel = ChannelTo(server);
+    if (channel->GetState(false) != GRPC_CHANNEL_READY && channel->WaitForConnected(until)) return;
+  }
   std::this_thread::sleep_until(until);
 }
 

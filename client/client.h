@@ -86,6 +86,7 @@ class Client {
   // counts as the first, and may come however late.
   absl::Status Call(const std::string& server, const std::string& scene, const Attempt& attempt,
                     const std::function<bool()>& got_on = {}) const;
+  // Until then, or until a server that was away is connected again.
   void Pause(const std::string& server, Clock::time_point until) const;
   // Runs `work` on the scene's servers in rendezvous order until one is not UNAVAILABLE.
   absl::Status OnServersOf(const std::string& scene,
