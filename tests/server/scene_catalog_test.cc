@@ -12,6 +12,7 @@
 #include "server/digest.h"
 #include "server/scene_name.h"
 #include "tests/client/temporary_folder.h"
+#include "tests/renderer/scene_loader/gltf_builder.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/status_matchers.h"
 
@@ -122,6 +123,43 @@ TEST_F(SceneCatalogTest, DeleteFreesTheBlobsThatNoOtherSceneUsesAlsoAfterARestar
   EXPECT_EQ(store_->size_bytes(), std::string("no scene's").size());
   EXPECT_THAT(catalog_->Delete(SceneName(other, {{"x", extra}})),
               StatusIs(absl::StatusCode::kNotFound, HasSubstr("is not here")));
+}
+
+TEST_F(SceneCatalogTest, PosesShareTheSceneUntilTheyBendItAreKeptAndGoWithIt) {
+  GltfBuilder gltf = GltfBuilder::Triangle();
+  gltf.primitive()["targets"] = {{{"POSITION", gltf.Accessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", 5126)}}};
+  const size_t keys = gltf.Accessor<float>({0, 1}, "SCALAR", 5126);
+  gltf.json["animations"] = {{{"samplers", {{{"input", keys}, {"output", keys}}}},
+                              {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}}}}};
+  const std::string root = Put(gltf.Text()), buffer = Put(gltf.bytes);
+  ASSERT_OK(Create(root, {{"a b.bin", buffer}}));
+  v1::RenderRequest request;
+  request.set_scene(SceneName(root, {{"a b.bin", buffer}}));
+  const auto load = [&] {
+    double load_ms = 0;
+    auto posed = catalog_->LoadPosed(request, &load_ms);
+    EXPECT_OK(posed);
+    return posed.ok() ? *posed : SceneCatalog::Posed();
+  };
+  const SceneCatalog::Posed rest = load();
+  EXPECT_EQ(rest.name, request.scene());
+  request.mutable_animation()->set_time_s(0);
+  request.add_node_overrides()->set_casts(false);
+  EXPECT_EQ(load().scene, rest.scene) << "nothing is bent";
+  const uint64_t alone = cache_->counters().bytes;
+  request.mutable_animation()->set_time_s(0.5);
+  SceneCatalog::Posed bent = load();
+  EXPECT_NE(bent.scene, rest.scene);
+  EXPECT_TRUE(bent.name.starts_with(request.scene() + kPoseSeparator)) << bent.name;
+  EXPECT_TRUE(bent.scene->deformed.empty()) << "it is not bent again";
+  EXPECT_EQ(bent.scene->meshes.at(0).origin.z, 0.5);
+  request.mutable_animation()->set_time_s(1);
+  EXPECT_NE(load().name, bent.name);
+  request.mutable_animation()->set_time_s(0.5);
+  EXPECT_EQ(load().scene, bent.scene) << "kept";
+  ASSERT_OK(catalog_->Delete(request.scene()));
+  bent = {};
+  EXPECT_EQ(cache_->counters().bytes, alone) << "what is in use alone";
 }
 
 TEST_F(SceneCatalogTest, ASceneThatLoadsForLongHoldsUpNobodyElse) {

@@ -1,9 +1,12 @@
 // What the door gets from SHAFT beside visibility.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <cstdio>
+#include <cstring>
 #include <string>
+#include <vector>
 
 #include "renderer/image/compare.h"
 #include "tests/support/flat_scene_builder.h"
@@ -75,6 +78,25 @@ TEST(ShaftReportTest, RowsThatAreLeftOpenAreTheFewestThatMeetTheError) {
     last = RowsOf(report);
   }
   EXPECT_EQ(last, "64");
+}
+
+TEST(ShaftTest, TheBytesAreTheSameOnOneThreadAndOnTwo) {
+  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  RenderRequest request = RequestFor(made);
+  request.width = 320;
+  request.height = 180;
+  request.cache = CacheMode::kRefresh;
+  for (const ShaftOptions& options :
+       {ShaftOptions{.rows = 16}, ShaftOptions{.rows = 8, .is_sparse = true}, ShaftOptions{.max_error = 0.01f}}) {
+    request.method = options;
+    std::vector<Image> images;
+    for (const size_t threads : {1, 2}) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      images.push_back(RenderVisibility(scene, request));
+    }
+    EXPECT_EQ(std::memcmp(images[0].data(), images[1].data(), images[0].size() * sizeof(float)), 0);
+  }
 }
 
 TEST(ShaftReportTest, TheSparseFormDrawsLessAndIsNoWorse) {
