@@ -78,6 +78,7 @@ case "${1:-}" in
     engine=docker
     command -v docker >/dev/null && docker info >/dev/null 2>&1 || engine=podman
     check "container smoke test" "$engine" docker/smoke_test.sh
+    check "Slurm smoke test" slurmctld docker/slurm/smoke_test.sh build/release
     ;;
 esac
 

@@ -126,7 +126,8 @@ void Client::Notice(const std::string& sentence) const {
   if (notice_) notice_(sentence);
 }
 
-absl::Status Client::Call(const std::string& scene, const Attempt& attempt, const std::function<bool()>& got_on) const {
+absl::Status Client::Call(const std::string& server, const std::string& scene, const Attempt& attempt,
+                          const std::function<bool()>& got_on) const {
   const int max_attempts = servers_.size() > 1 ? kAttemptsWithOthers : kAttempts;
   const Clock::time_point deadline = Deadline();
   const Clock::time_point retry_until = std::min(deadline, begin_.value_or(Clock::now()) + kRetryWindow);
@@ -141,8 +142,18 @@ absl::Status Client::Call(const std::string& scene, const Attempt& attempt, cons
     const auto pause = RetryPause(status.error_code(), PushbackOf(context), i, max_attempts);
     if (!pause || Clock::now() + *pause >= (is_stuck ? retry_until : deadline)) return ToAbsl(status);
     Notice(absl::StrCat(status.error_message(), "; again in ", pause->count(), " ms"));
-    std::this_thread::sleep_for(*pause);
+    Pause(server, Clock::now() + *pause);
   }
+}
+
+void Client::Pause(const std::string& server, Clock::time_point until) const {
+  // gRPC connects only while somebody waits on the channel: in a pause that is mere sleep nobody sees that the server
+  // is back, the connection runs out of its time, and the next attempt fails at once.
+  if (!server.empty()) {
+    const auto channel = ChannelTo(server);
+    if (channel->GetState(false) != GRPC_CHANNEL_READY && channel->WaitForConnected(until)) return;
+  }
+  std::this_thread::sleep_until(until);
 }
 
 absl::Status Client::OnServersOf(const std::string& scene,
@@ -193,11 +204,11 @@ absl::Status Client::UploadBlob(const std::string& server, const std::string& sc
     return writer->Finish();
   };
   const auto got_on = [&] { return begin > std::exchange(furthest, std::max(furthest, begin)); };
-  absl::Status status = Call(scene, upload, got_on);
+  absl::Status status = Call(server, scene, upload, got_on);
   if (absl::IsInvalidArgument(status) && begin > 0) {
     // What was there does not fit our bytes, or went meanwhile.
     may_be_begun = false;
-    status = Call(scene, upload, got_on);
+    status = Call(server, scene, upload, got_on);
   }
   return status;
 }
@@ -208,8 +219,9 @@ absl::Status Client::UploadBlobs(const std::string& server, const SceneFiles& fi
   for (const SceneFile& file : files.files) request.add_digests(file.digest);
   v1::FindMissingBlobsResponse response;
   const auto stub = v1::SceneService::NewStub(ChannelTo(server));
-  RETURN_IF_ERROR(Call(
-      files.name, [&](grpc::ClientContext* context) { return stub->FindMissingBlobs(context, request, &response); }));
+  RETURN_IF_ERROR(Call(server, files.name, [&](grpc::ClientContext* context) {
+    return stub->FindMissingBlobs(context, request, &response);
+  }));
   std::set<std::string> missing(response.missing_digests().begin(), response.missing_digests().end());
   std::vector<const SceneFile*> to_send;
   size_t total_bytes = 0, done_bytes = 0;
@@ -239,8 +251,8 @@ absl::Status Client::UploadAndCreate(const std::string& server, const SceneFiles
   // A blob that was there may be gone a moment later: NOT_FOUND is worth a second round.
   for (int round = 0; round < 2; ++round) {
     RETURN_IF_ERROR(UploadBlobs(server, files));
-    status =
-        Call(files.name, [&](grpc::ClientContext* context) { return stub->CreateScene(context, request, &response); });
+    status = Call(server, files.name,
+                  [&](grpc::ClientContext* context) { return stub->CreateScene(context, request, &response); });
     if (!absl::IsNotFound(status)) break;
   }
   for (const std::string& warning : response.scene().warnings()) Notice(absl::StrCat("warning: ", warning));
@@ -265,7 +277,7 @@ absl::Status Client::CallWithScene(const std::string& scene, const SceneFiles* f
       v1::Scene uploaded;
       if (files != nullptr) RETURN_IF_ERROR(UploadAndCreate(server, *files, &uploaded));
       Report(what, -1);
-      status = Call(scene, [&](grpc::ClientContext* context) { return attempt(*stub, context); });
+      status = Call(server, scene, [&](grpc::ClientContext* context) { return attempt(*stub, context); });
       if (files == nullptr || !absl::IsNotFound(status)) break;
     }
     return status;
@@ -312,7 +324,8 @@ absl::StatusOr<v1::Scene> Client::GetScene(const std::string& name) {
   v1::GetSceneResponse response;
   RETURN_IF_ERROR(OnServersOf(name, [&](const std::string& server) {
     const auto stub = v1::SceneService::NewStub(ChannelTo(server));
-    return Call(name, [&](grpc::ClientContext* context) { return stub->GetScene(context, request, &response); });
+    return Call(server, name,
+                [&](grpc::ClientContext* context) { return stub->GetScene(context, request, &response); });
   }));
   return response.scene();
 }
@@ -324,7 +337,7 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& ser
   do {
     v1::ListScenesResponse response;
     RETURN_IF_ERROR(
-        Call("", [&](grpc::ClientContext* context) { return stub->ListScenes(context, request, &response); }));
+        Call(server, "", [&](grpc::ClientContext* context) { return stub->ListScenes(context, request, &response); }));
     scenes.insert(scenes.end(), response.scenes().begin(), response.scenes().end());
     request.set_page_token(response.next_page_token());
   } while (!request.page_token().empty());
@@ -334,7 +347,8 @@ absl::StatusOr<std::vector<v1::Scene>> Client::ListScenes(const std::string& ser
 absl::StatusOr<v1::GetServerInfoResponse> Client::GetServerInfo(const std::string& server) {
   const auto stub = v1::ServerService::NewStub(ChannelTo(server));
   v1::GetServerInfoResponse response;
-  RETURN_IF_ERROR(Call("", [&](grpc::ClientContext* context) { return stub->GetServerInfo(context, {}, &response); }));
+  RETURN_IF_ERROR(
+      Call(server, "", [&](grpc::ClientContext* context) { return stub->GetServerInfo(context, {}, &response); }));
   return response;
 }
 
@@ -345,7 +359,7 @@ absl::StatusOr<std::string> Client::CheckHealth(const std::string& server) {
   grpc::TemplatedGenericStub<Empty, Empty> stub(ChannelTo(server));
   const Empty request;
   Empty response;
-  RETURN_IF_ERROR(Call("", [&](grpc::ClientContext* context) {
+  RETURN_IF_ERROR(Call(server, "", [&](grpc::ClientContext* context) {
     // Shared: set_value may still be at its end when get has returned.
     const auto done = std::make_shared<std::promise<grpc::Status>>();
     stub.UnaryCall(context, "/grpc.health.v1.Health/Check", {}, &request, &response,

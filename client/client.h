@@ -84,7 +84,10 @@ class Client {
   // Makes a call until it succeeds, fails for good, or time is up. `scene` goes along as metadata unless it is "".
   // `got_on`, where given, is asked after a failure whether the attempt came further than those before: such a one
   // counts as the first, and may come however late.
-  absl::Status Call(const std::string& scene, const Attempt& attempt, const std::function<bool()>& got_on = {}) const;
+  absl::Status Call(const std::string& server, const std::string& scene, const Attempt& attempt,
+                    const std::function<bool()>& got_on = {}) const;
+  // Until then, or until a server that was away is connected again.
+  void Pause(const std::string& server, Clock::time_point until) const;
   // Runs `work` on the scene's servers in rendezvous order until one is not UNAVAILABLE.
   absl::Status OnServersOf(const std::string& scene,
                            const std::function<absl::Status(const std::string& server)>& work);

@@ -10,6 +10,8 @@ import re
 import signal
 import subprocess
 import tempfile
+import threading
+import time
 import unittest
 
 import grpc
@@ -25,8 +27,8 @@ QUADS = [(4.0, 0.0), (0.5, 1.0)]
 
 
 class Server:
-    def __init__(self):
-        command = [os.environ["HALFSHADED_BINARY"], "--http", "off", "--listen", "127.0.0.1:0", "--log-level", "off"]
+    def __init__(self, address="127.0.0.1:0"):
+        command = [os.environ["HALFSHADED_BINARY"], "--http", "off", "--listen", address, "--log-level", "off"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         self.address = re.match(r"serving grpc=(\S+)", self.process.stdout.readline())[1]
 
@@ -182,6 +184,27 @@ class ClientTest(unittest.TestCase):
             with self.assertRaises(halfshade.HalfshadeError) as raised:
                 client.render(self.scene)
         self.assertIn(raised.exception.code, (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.DEADLINE_EXCEEDED))
+
+    def test_a_server_that_comes_back_is_found_at_once(self):
+        first, second, serving = Server(), [], []
+
+        def restart():
+            second.append(Server(first.address))
+            serving.append(time.monotonic())
+
+        with halfshade.connect(first.address) as client:
+            scene = client.upload(self.path)
+            first.process.kill()
+            first.stop()
+            timer = threading.Timer(3.2, restart)  # in the last pause, from 3.0 to 6.2 s
+            timer.start()
+            try:
+                self.assertEqual(client.upload(self.path), scene)
+                answered = time.monotonic()
+            finally:
+                timer.join()
+                second[0].stop()
+        self.assertLess(answered - serving[0], 1.5)  # not at the pause's end; gRPC itself tries each second
 
     def test_a_scenes_name_is_that_of_the_command(self):
         self.assertEqual(self.command("upload", "scene.gltf").strip(), self.scene)

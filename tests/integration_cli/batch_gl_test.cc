@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -24,16 +25,19 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
 
+// A level square that looks up.
+GlbMesh Plate(const std::string& name, float half, const glm::vec3& center) {
+  GlbMesh mesh;
+  mesh.name = name;
+  mesh.positions = {{-half, 0, -half}, {-half, 0, half}, {half, 0, half}, {half, 0, -half}};
+  for (glm::vec3& position : mesh.positions) position += center;
+  mesh.indices = {0, 1, 2, 0, 2, 3};
+  return mesh;
+}
+
 // A plate over a floor, `height_m` above it.
 std::string PlateOverFloor(float height_m) {
-  auto quad = [](const std::string& name, float half, float y) {
-    GlbMesh mesh;
-    mesh.name = name;
-    mesh.positions = {{-half, y, -half}, {-half, y, half}, {half, y, half}, {half, y, -half}};
-    mesh.indices = {0, 1, 2, 0, 2, 3};
-    return mesh;
-  };
-  return WriteGlb({quad("floor", 4, 0), quad("plate", 0.5f, height_m)});
+  return WriteGlb({Plate("floor", 4, {0, 0, 0}), Plate("plate", 0.5f, {0, height_m, 0})});
 }
 
 // Of the n-th camera on a circle and the n-th kind of light.
@@ -51,6 +55,12 @@ json LineOf(int n, int scenes) {
        {{{"center", {{"y", 4}}}, {"edgeU", {{"x", 1 + n % 2}}}, {"edgeV", {{"z", 1}}}, {"direction", {{"y", -1}}}}}},
       {"method", {{"ray", {{"rays", 64}}}}},
       {"outputs", {{{"kind", "OUTPUT_KIND_VISIBILITY"}}, {{"kind", "OUTPUT_KIND_FRAME"}}}}};
+}
+
+glm::dmat4 MatrixOf(const json& column_major) {
+  glm::dmat4 matrix;
+  for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = column_major[size_t(i)];
+  return matrix;
 }
 
 class BatchCommandTest : public testing::Test {
@@ -94,6 +104,12 @@ class BatchCommandTest : public testing::Test {
     EXPECT_EQ(size_t(std::distance(fs::directory_iterator(folder_ / out), fs::directory_iterator())), files);
     return digests;
   }
+  std::vector<float> Floats(const std::string& file) const {
+    const std::string bytes = ReadAll(folder_ / file);
+    std::vector<float> values(bytes.size() / sizeof(float));
+    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
+    return values;
+  }
   const TemporaryFolder folder_;
 };
 
@@ -112,27 +128,37 @@ TEST_F(BatchCommandTest, TenKillsOfClientAndServerInTurnLeaveWhatAnUnbrokenRunDo
                                           "3",     "--resume",       "--server", address};
   auto client = std::make_unique<ClientProcess>(batch, folder_.path().string());
   std::map<std::string, fs::file_time_type> written;  // items that a manifest told, and when
-  size_t finished = 0;                                // lines when the last kill was over
+  // Counted, not parsed: a slow look would let a fast batch run on.
+  const auto lines = [&] {
+    const std::string text = ReadAll(folder_ / "out/manifest.jsonl");
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  std::ptrdiff_t finished = 0;  // lines before what the last kill ended began again
   for (int kill = 0; kill < kKills; ++kill) {
-    while (client->IsAlive() && Manifest("out").size() <= finished) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (client->IsAlive() && lines() <= finished) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (!client->IsAlive()) {
+      FAIL() << "at kill " << kill << " the batch has ended, with code " << client->Wait() << " and " << lines()
+             << " of " << kItems << " items";
     }
-    ASSERT_TRUE(client->IsAlive()) << "the batch was too short for kill " << kill;
     std::this_thread::sleep_for(std::chrono::microseconds(std::uniform_int_distribution(0, 20'000)(random)));
-    if (kill % 2 == 0) {
+    const bool is_client = kill % 2 == 0;
+    if (is_client) {
       client->Kill();
-      client = std::make_unique<ClientProcess>(batch, folder_.path().string());
     } else {
       server->Kill();  // with its scenes: the client brings them again
-      server = std::make_unique<ServerProcess>(std::vector<std::string>{"--listen", address, "--log-level", "off"});
-      ASSERT_EQ(server->address(), address);
     }
     for (const json& line : Manifest("out")) {
-      if (!line.is_object()) continue;  // its end is on its way
+      if (!line.is_object()) continue;  // torn, or its end is on its way
       const std::string id = line["id"];
       written.try_emplace(id, fs::last_write_time(folder_ / ("out/" + id + ".frame.png")));
     }
-    finished = Manifest("out").size();
+    finished = lines();
+    if (is_client) {
+      client = std::make_unique<ClientProcess>(batch, folder_.path().string());
+    } else {
+      server = std::make_unique<ServerProcess>(std::vector<std::string>{"--listen", address, "--log-level", "off"});
+      ASSERT_EQ(server->address(), address);
+    }
   }
   EXPECT_EQ(client->Wait(), 0) << "a server that comes back ends no batch";
   EXPECT_EQ(WholeItems("out"), unbroken);
@@ -275,12 +301,7 @@ TEST_F(BatchCommandTest, EveryKindComesFromOneRequestAndTheManifestsCameraProjec
   }
   EXPECT_EQ(gbuffers, 1);
 
-  const auto floats = [&](const std::string& kind) {
-    const std::string bytes = ReadAll(folder_ / ("out/item-3." + kind + ".f32"));
-    std::vector<float> values(bytes.size() / sizeof(float));
-    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
-    return values;
-  };
+  const auto floats = [&](const std::string& kind) { return Floats("out/item-3." + kind + ".f32"); };
   const std::vector<float> position = floats("position"), depth = floats("depth"), id = floats("object_id");
   const auto view = item["camera"]["cameraFromWorld"].get<std::vector<double>>();
   const auto pixel = item["camera"]["pixelFromCamera"].get<std::vector<double>>();
@@ -306,6 +327,89 @@ TEST_F(BatchCommandTest, EveryKindComesFromOneRequestAndTheManifestsCameraProjec
     EXPECT_EQ(Run({"pack", "out", "-o", "more", "--shard-mb", mb}).exit_code, 64) << mb;
   }
   EXPECT_EQ(Run({"pack", "out", "-o", "more", "--shard-mb", "4096"}).exit_code, 0);
+}
+
+// By what is known beforehand: where marks stand in the world, and where the light's middle sees a plate on the floor.
+TEST_F(BatchCommandTest, TheDrawingOfCameraAndLightHolds) {
+  const std::vector<glm::dvec3> marks = {{1.5, 0.2, 0.3}, {-1, 0.6, 1.2}, {0.4, 1, -1.6}};  // no two alike in any axis
+  const glm::dvec3 occluder{-0.6, 1, -0.5};  // neither camera sees it before its shadow
+  std::vector<GlbMesh> meshes;
+  for (const glm::dvec3& mark : marks) meshes.push_back(Plate("mark", 0.12f, mark));
+  meshes.push_back(Plate("occluder", 0.25f, occluder));
+  meshes.push_back(Plate("floor", 4, {0, 0, 0}));
+  folder_.Write("marks.glb", WriteGlb(meshes));
+  constexpr int kWidth = 400, kHeight = 240;
+  json perspective = LineOf(1, 1);
+  perspective["scene"] = "marks.glb";
+  perspective["width"] = kWidth;
+  perspective["height"] = kHeight;
+  perspective["camera"]["lookAt"] = {{"eye", {{"x", -4}, {"y", 6}, {"z", 2}}}, {"target", {{"x", 0.2}, {"y", 0.1}}}};
+  perspective["lights"] = {{{"center", {{"x", 0.3}, {"y", 4}, {"z", 0.2}}},
+                            {"edgeU", {{"x", 0.6}, {"z", 0.8}}},
+                            {"edgeV", {{"x", -0.4}, {"z", 0.3}}},
+                            {"direction", {{"y", -1}}}}};
+  perspective["nodeOverrides"] = json::array();
+  for (size_t i = 0; i < marks.size(); ++i) {
+    perspective["nodeOverrides"].push_back({{"index", i}, {"casts", false}});
+  }
+  perspective["outputs"] = json::array();
+  for (const char* kind : {"OBJECT_ID", "POSITION", "VISIBILITY"}) {
+    perspective["outputs"].push_back({{"kind", std::string("OUTPUT_KIND_") + kind}, {"encoding", "ENCODING_RAW_F32"}});
+  }
+  json orthographic = perspective;
+  orthographic["id"] = "item-2";
+  orthographic["camera"]["lookAt"]["orthoHeightM"] = 5;
+  folder_.Write("requests.jsonl", perspective.dump() + "\n" + orthographic.dump() + "\n");
+  ASSERT_EQ(Run({"batch", "requests.jsonl", "-o", "out"}).exit_code, 0);
+
+  const std::vector<json> items = Manifest("out");
+  ASSERT_EQ(items.size(), 2u);
+  for (const json& item : items) {
+    const std::string name = item["id"];
+    const bool is_perspective = item["camera"]["type"] == "perspective";
+    EXPECT_EQ(is_perspective, name == "item-1");
+    const auto id = Floats("out/" + name + ".object_id.f32"), position = Floats("out/" + name + ".position.f32");
+    const auto visibility = Floats("out/" + name + ".visibility.f32");
+    const glm::dmat4 camera = MatrixOf(item["camera"]["cameraFromWorld"]);
+    const glm::dmat4 light = MatrixOf(item["lights"][0]["lightFromWorld"]);
+    const auto pixel = item["camera"]["pixelFromCamera"].get<std::vector<double>>();
+    std::vector<glm::dvec2> middle(marks.size(), glm::dvec2(0));
+    std::vector<double> pixels(marks.size(), 0);
+    glm::dvec2 shadow{0};  // x / z and y / z in light space
+    double shadowed = 0;
+    for (size_t i = 0; i < size_t(kWidth * kHeight); ++i) {
+      const auto object = size_t(id[i]);
+      if (object >= 1 && object <= marks.size()) {
+        middle[object - 1] += glm::dvec2(double(i % kWidth) + 0.5, double(i / kWidth) + 0.5);
+        ++pixels[object - 1];
+      } else if (object == marks.size() + 2) {
+        const glm::dvec4 p = light * glm::dvec4(position[3 * i], position[3 * i + 1], position[3 * i + 2], 1);
+        ASSERT_NEAR(p.z, 4, 1e-5) << "z is along the direction that it emits to";
+        // A pixel of a picture in perspective covers the more of the floor, the farther it is.
+        const double view_z = (camera * glm::dvec4(position[3 * i], position[3 * i + 1], position[3 * i + 2], 1)).z;
+        const double weight = (1 - double(visibility[i])) * (is_perspective ? view_z * view_z * view_z : 1);
+        shadow += weight * glm::dvec2(p) / p.z;
+        shadowed += weight;
+      }
+    }
+    for (size_t m = 0; m < marks.size(); ++m) {
+      const glm::dvec3 p = camera * glm::dvec4(marks[m], 1);
+      const double z = is_perspective ? p.z : 1;
+      // A mark has some hundred pixels; its middle is known to a fraction of one.
+      EXPECT_GT(pixels[m], 50) << name;
+      EXPECT_NEAR(middle[m].x / pixels[m], pixel[0] * p.x / z + pixel[6], 0.3) << name << " mark " << m;
+      EXPECT_NEAR(middle[m].y / pixels[m], pixel[4] * p.y / z + pixel[7], 0.3) << name << " mark " << m;
+    }
+    // The light is as symmetric as the plate: the shadow's weight is where the light's middle sees the plate's.
+    const glm::dvec3 o = light * glm::dvec4(occluder, 1);
+    EXPECT_GT(shadowed, 0);
+    EXPECT_NEAR(shadow.x / shadowed, o.x / o.z, 0.004) << name;  // a hundredth of a metre on the floor, half a pixel
+    EXPECT_NEAR(shadow.y / shadowed, o.y / o.z, 0.004) << name;
+    EXPECT_NEAR(double(item["lights"][0]["widthM"]), 1, 1e-6);
+    EXPECT_NEAR(double(item["lights"][0]["heightM"]), 0.5, 1e-6);
+    EXPECT_NEAR(glm::length(glm::dvec3(light * glm::dvec4(0.3 + 0.3, 4, 0.2 + 0.4, 1)) - glm::dvec3(0.5, 0, 0)), 0,
+                1e-6);
+  }
 }
 
 TEST_F(BatchCommandTest, FlagsOutOfRangeAreUsage) {

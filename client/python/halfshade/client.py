@@ -3,6 +3,7 @@
 import concurrent.futures
 import itertools
 import pathlib
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -275,7 +276,31 @@ class Client:
                 pause_s = _retry_pause_s(error, i)
                 if pause_s is None or time.monotonic() - begin + pause_s > _RETRY_S:
                     raise HalfshadeError(error.code(), error.details()) from error
+                code = error.code()
+            self._pause(pause_s, code)
+
+    def _pause(self, pause_s: float, code: grpc.StatusCode) -> None:
+        """So long, or until a server that was away is connected again."""
+        if code != grpc.StatusCode.UNAVAILABLE:
             time.sleep(pause_s)
+            return
+        # gRPC connects only while somebody watches the channel. One that is connected all the while is ready at once.
+        begin = time.monotonic()
+        was_away = False
+        ready = threading.Event()
+
+        def watch(state: grpc.ChannelConnectivity) -> None:
+            nonlocal was_away
+            if state == grpc.ChannelConnectivity.READY:
+                ready.set()
+            else:
+                was_away = True
+
+        self._channel.subscribe(watch, try_to_connect=True)
+        ready.wait(pause_s)
+        self._channel.unsubscribe(watch)
+        if not was_away:
+            time.sleep(max(0.0, begin + pause_s - time.monotonic()))
 
 
 def _retry_pause_s(error: grpc.RpcError, attempt: int) -> float | None:
