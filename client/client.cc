@@ -93,8 +93,8 @@ Client::~Client() = default;
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(ClientOptions options) {
   std::unique_ptr<Client> client(new Client);
-  client->deadline_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(options.timeout);
-  client->retry_until_ = std::min(client->deadline_, Clock::now() + kRetryWindow);
+  client->timeout_ = options.timeout;
+  if (!options.is_timeout_per_call) client->begin_ = Clock::now();
   client->progress_ = std::move(options.progress);
   client->notice_ = std::move(options.notice);
   client->servers_ = options.servers;
@@ -114,6 +114,10 @@ std::shared_ptr<grpc::Channel> Client::ChannelTo(const std::string& server) cons
   return channels_[static_cast<size_t>(found - servers_.begin())];
 }
 
+Client::Clock::time_point Client::Deadline() const {
+  return begin_.value_or(Clock::now()) + std::chrono::duration_cast<Clock::duration>(timeout_);
+}
+
 void Client::Report(const char* what, double done) const {
   if (progress_) progress_(what, done);
 }
@@ -124,16 +128,18 @@ void Client::Notice(const std::string& sentence) const {
 
 absl::Status Client::Call(const std::string& scene, const Attempt& attempt, const std::function<bool()>& got_on) const {
   const int max_attempts = servers_.size() > 1 ? kAttemptsWithOthers : kAttempts;
+  const Clock::time_point deadline = Deadline();
+  const Clock::time_point retry_until = std::min(deadline, begin_.value_or(Clock::now()) + kRetryWindow);
   for (int i = 0;; ++i) {
     grpc::ClientContext context;
-    context.set_deadline(deadline_);
+    context.set_deadline(deadline);
     if (!scene.empty()) context.AddMetadata("x-halfshade-scene", scene);
     const grpc::Status status = attempt(&context);
     if (status.ok()) return absl::OkStatus();
     const bool is_stuck = !got_on || !got_on();
     if (!is_stuck) i = 0;
     const auto pause = RetryPause(status.error_code(), PushbackOf(context), i, max_attempts);
-    if (!pause || Clock::now() + *pause >= (is_stuck ? retry_until_ : deadline_)) return ToAbsl(status);
+    if (!pause || Clock::now() + *pause >= (is_stuck ? retry_until : deadline)) return ToAbsl(status);
     Notice(absl::StrCat(status.error_message(), "; again in ", pause->count(), " ms"));
     std::this_thread::sleep_for(*pause);
   }
@@ -159,7 +165,7 @@ absl::Status Client::UploadBlob(const std::string& server, const std::string& sc
     begin = 0;
     if (may_be_begun) {
       grpc::ClientContext query_context;
-      query_context.set_deadline(deadline_);
+      query_context.set_deadline(Deadline());
       query_context.AddMetadata("x-halfshade-scene", scene);
       v1::QueryUploadRequest query;
       query.set_digest(file.digest);

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,9 +35,11 @@ using CoarseListener = std::function<void(v1::RenderResponse coarse)>;
 struct ClientOptions {
   std::vector<std::string> servers;  // "host:port" or "unix:path"; none: the service inside this process
   ServerOptions in_process;          // of that service
-  std::chrono::duration<double> timeout = std::chrono::minutes(10);  // of all calls together, from Connect on
-  ProgressListener progress;                                         // may be empty
-  NoticeListener notice;                                             // may be empty
+  // Of all calls together, from Connect on; or of each call of a Client's function with its retries.
+  std::chrono::duration<double> timeout = std::chrono::minutes(10);
+  bool is_timeout_per_call = false;
+  ProgressListener progress;  // may be empty
+  NoticeListener notice;      // may be empty
 };
 
 class Client {
@@ -76,6 +79,8 @@ class Client {
   Client() = default;
 
   std::shared_ptr<grpc::Channel> ChannelTo(const std::string& server) const;
+  // Until when a call that begins now, and its retries, may go on.
+  Clock::time_point Deadline() const;
   // Makes a call until it succeeds, fails for good, or time is up. `scene` goes along as metadata unless it is "".
   // `got_on`, where given, is asked after a failure whether the attempt came further than those before: such a one
   // counts as the first, and may come however late.
@@ -99,8 +104,8 @@ class Client {
   std::unique_ptr<Server> in_process_;
   ProgressListener progress_;
   NoticeListener notice_;
-  Clock::time_point deadline_;
-  Clock::time_point retry_until_;
+  std::chrono::duration<double> timeout_{};
+  std::optional<Clock::time_point> begin_;  // of the timeout; none: each call has its own
 };
 
 }  // namespace halfshade

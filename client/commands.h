@@ -4,7 +4,9 @@
 
 #include <absl/status/status.h>
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "client/render_flags.h"
 
@@ -32,6 +34,28 @@ struct BenchCommand {
   std::string folder;
 };
 
+// Several batches may write into one folder, on different items.
+struct BatchCommand {
+  std::string requests_file;  // client/batch/batch_file.h
+  std::string folder;
+  int jobs = 4;              // calls in flight, 1 to 256
+  std::string shard;         // "I/N", 0 <= I < N; empty: all
+  bool resumes = false;      // what is in the folder whole is left as it is
+  bool keeps_going = false;  // after a failure
+};
+
+struct SampleCommand {
+  std::string template_file;  // client/batch/sample.h
+  uint64_t count = 1000;
+  uint64_t seed = 0;
+};
+
+struct PackCommand {
+  std::string folder;     // of a batch
+  std::string to_folder;  // made where it is absent
+  int shard_mb = 256;     // 1 to 4096: held in memory
+};
+
 struct CompareCommand {
   std::string reference;
   std::string tested;
@@ -51,6 +75,11 @@ absl::Status RunScene(const GlobalFlags& global, const std::string& scene);
 absl::Status RunInfo(const GlobalFlags& global);
 absl::Status RunHealth(const GlobalFlags& global);
 absl::Status RunDoctor(const GlobalFlags& global);
+absl::Status RunBatch(const GlobalFlags& global, const BatchCommand& command);
+// Lines of a batch, to stdout.
+absl::Status RunSample(const GlobalFlags& global, const SampleCommand& command);
+// Tar files out of a batch's folder (client/batch/pack.h).
+absl::Status RunPack(const GlobalFlags& global, const PackCommand& command);
 absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command);
 
 }  // namespace halfshade

@@ -8,12 +8,12 @@ namespace {
 
 constexpr char kPayload[] = "halfshade.exit_code";
 
+}  // namespace
+
 absl::Status WithExitCode(absl::Status status, ExitCode code) {
   status.SetPayload(kPayload, absl::Cord(std::to_string(code)));
   return status;
 }
-
-}  // namespace
 
 absl::Status UsageError(const std::string& message) {
   return WithExitCode(absl::InvalidArgumentError(message), kExitUsage);

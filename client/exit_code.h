@@ -21,6 +21,8 @@ enum ExitCode : int {
   kExitCannotMeetBudget = 78,  // FAILED_PRECONDITION whose message starts with "budget"
 };
 
+// `status` (an error), exiting with `code` whatever its own code says.
+absl::Status WithExitCode(absl::Status status, ExitCode code);
 // INVALID_ARGUMENT that exits 64.
 absl::Status UsageError(const std::string& message);
 // DATA_LOSS that exits 74.

@@ -17,13 +17,15 @@ struct CommandLine {
   GlobalFlags global;
   std::vector<std::pair<std::string, std::string>> tls;  // flag, file
   RenderCommand render;
+  BatchCommand batch;
+  SampleCommand sample;
+  PackCommand pack;
   BenchCommand bench;
   CompareCommand compare;
   std::string file;  // SCENE, FILE or NAME of the command
   std::function<absl::Status()> run;
 };
 
-constexpr const char* kLater[] = {"batch", "sample"};
 constexpr const char* kTlsFlags[] = {"--ca", "--cert", "--key", "--token-file"};
 
 void AddGlobalFlags(CLI::App* app, CommandLine* line) {
@@ -104,6 +106,40 @@ void AddBench(CLI::App* app, CommandLine* line) {
   bench->callback([line] { line->run = [line] { return RunBench(line->global, line->bench); }; });
 }
 
+void AddBatch(CLI::App* app, CommandLine* line) {
+  CLI::App* batch = app->add_subcommand("batch", "render every line of a file; --timeout is of each item");
+  BatchCommand& command = line->batch;
+  batch->add_option("REQUESTS.jsonl", command.requests_file, "lines of a RenderRequest in proto JSON plus \"id\"")
+      ->required();
+  batch->add_option("-o,--output", command.folder, "folder for <id>.<kind>.<ext> and manifest.jsonl")->required();
+  batch->add_option("--jobs", command.jobs, "calls in flight, 1 to 256 (4)");
+  batch->add_option("--shard", command.shard, "I/N: the I-th of N parts of the file, from 0");
+  batch->add_flag("--resume", command.resumes, "leave what the folder has whole; render the rest");
+  batch->add_flag("--keep-going", command.keeps_going, "after a failure too");
+  batch->callback([line] { line->run = [line] { return RunBatch(line->global, line->batch); }; });
+}
+
+void AddSample(CLI::App* app, CommandLine* line) {
+  CLI::App* sample = app->add_subcommand("sample", "lines of a batch, drawn at random from a template");
+  SampleCommand& command = line->sample;
+  sample
+      ->add_option("TEMPLATE", command.template_file,
+                   "a line of a batch with draws ({\"$uniform\": [a, b]}) for values")
+      ->required();
+  sample->add_option("--count", command.count, "how many lines (1000)");
+  sample->add_option("--seed", command.seed, "of all draws (0); a line depends on it and on its own number alone");
+  sample->callback([line] { line->run = [line] { return RunSample(line->global, line->sample); }; });
+}
+
+void AddPack(CLI::App* app, CommandLine* line) {
+  CLI::App* pack = app->add_subcommand("pack", "tar files out of a batch's folder, by the WebDataset convention");
+  PackCommand& command = line->pack;
+  pack->add_option("DIR", command.folder, "that batch wrote")->required();
+  pack->add_option("-o,--output", command.to_folder, "folder for shard-000000.tar and on")->required();
+  pack->add_option("--shard-mb", command.shard_mb, "most MiB of a tar file, 1 to 4096 (256)");
+  pack->callback([line] { line->run = [line] { return RunPack(line->global, line->pack); }; });
+}
+
 void AddQuery(CLI::App* app, CommandLine* line) {
   CLI::App* query =
       app->add_subcommand("query", "visibility of every light from points: a line a point, a value a light");
@@ -139,12 +175,6 @@ void AddOthers(CLI::App* app, CommandLine* line) {
   add("info", "version, GL contexts, limits and methods of the server", &RunInfo);
   add("health", "whether the server serves", &RunHealth);
   add("doctor", "which GL devices there are, what was tried, what to do", &RunDoctor);
-  for (const char* name : kLater) {
-    CLI::App* command = app->add_subcommand(name, "not available in this version")->allow_extras()->fallthrough(false);
-    command->callback([line, name] {
-      line->run = [name] { return absl::UnimplementedError(std::string(name) + " is not available in this version"); };
-    });
-  }
 }
 
 absl::Status Run(int argc, char** argv) {
@@ -156,6 +186,9 @@ absl::Status Run(int argc, char** argv) {
   AddGlobalFlags(&app, &line);
   AddRender(&app, &line);
   AddPlan(&app, &line);
+  AddBatch(&app, &line);
+  AddSample(&app, &line);
+  AddPack(&app, &line);
   AddBench(&app, &line);
   AddQuery(&app, &line);
   AddCompare(&app, &line);

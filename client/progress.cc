@@ -9,7 +9,14 @@ namespace halfshade {
 namespace {
 
 constexpr int kBarWidth = 40;
-constexpr int kUnknown = 101;
+
+std::string Bar(const std::string& what, double done) {
+  if (done < 0) return what + " ...";
+  const int per_cent = static_cast<int>(100 * std::min(done, 1.0));
+  const auto filled = static_cast<size_t>(kBarWidth * per_cent / 100);
+  return what + " [" + std::string(filled, '#') + std::string(kBarWidth - filled, ' ') + "] " +
+         std::to_string(per_cent) + " %";
+}
 
 }  // namespace
 
@@ -17,20 +24,14 @@ Progress::Progress() : is_terminal_(isatty(STDERR_FILENO) != 0) {}
 
 Progress::~Progress() { Wipe(); }
 
-void Progress::Show(const char* what, double done) {
+void Progress::Show(const std::string& what, double done) {
   if (!is_terminal_) return;
+  const std::string bar = Bar(what, done);
   const std::lock_guard lock(mutex_);
-  const int per_cent = done < 0 ? kUnknown : static_cast<int>(100 * std::min(done, 1.0));
-  if (per_cent == shown_per_cent_) return;
+  if (bar == shown_) return;
   Wipe();
-  shown_per_cent_ = per_cent;
-  if (done < 0) {
-    std::fprintf(stderr, "%s ...", what);
-  } else {
-    const auto filled = static_cast<size_t>(kBarWidth * per_cent / 100);
-    std::fprintf(stderr, "%s [%s%s] %d %%", what, std::string(filled, '#').c_str(),
-                 std::string(kBarWidth - filled, ' ').c_str(), per_cent);
-  }
+  shown_ = bar;
+  std::fputs(bar.c_str(), stderr);
   std::fflush(stderr);
 }
 
@@ -41,8 +42,8 @@ void Progress::Say(const std::string& sentence) {
 }
 
 void Progress::Wipe() {
-  if (shown_per_cent_ >= 0) std::fputs("\r\x1b[K", stderr);
-  shown_per_cent_ = -1;
+  if (!shown_.empty()) std::fputs("\r\x1b[K", stderr);
+  shown_.clear();
 }
 
 }  // namespace halfshade

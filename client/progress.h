@@ -13,7 +13,7 @@ class Progress {
   ~Progress();
 
   // `done` from 0 to 1; below 0: not known.
-  void Show(const char* what, double done);
+  void Show(const std::string& what, double done);
   void Say(const std::string& sentence);
 
  private:
@@ -21,7 +21,7 @@ class Progress {
 
   const bool is_terminal_;
   std::mutex mutex_;
-  int shown_per_cent_ = -1;  // of the bar on the screen; -1: none
+  std::string shown_;  // the bar on the screen; "": none
 };
 
 }  // namespace halfshade

@@ -52,13 +52,20 @@ absl::Status Session::PrepareInProcess(const GlobalFlags& global, ServerOptions*
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::unique_ptr<Session>> Session::Open(const GlobalFlags& global) {
+absl::StatusOr<std::unique_ptr<Session>> Session::Open(const GlobalFlags& global) { return Open(global, false); }
+
+absl::StatusOr<std::unique_ptr<Session>> Session::OpenForMany(const GlobalFlags& global) { return Open(global, true); }
+
+absl::StatusOr<std::unique_ptr<Session>> Session::Open(const GlobalFlags& global, bool is_for_many) {
   std::unique_ptr<Session> session(new Session);
   ClientOptions options;
   ASSIGN_OR_RETURN(options.servers, ReadServers(global.servers));
   if (options.servers.empty()) RETURN_IF_ERROR(session->PrepareInProcess(global, &options.in_process));
   options.timeout = std::chrono::duration<double>(global.timeout_s);
-  options.progress = [&progress = session->progress_](const char* what, double done) { progress.Show(what, done); };
+  options.is_timeout_per_call = is_for_many;
+  if (!is_for_many) {
+    options.progress = [&progress = session->progress_](const char* what, double done) { progress.Show(what, done); };
+  }
   options.notice = [&progress = session->progress_](const std::string& sentence) { progress.Say(sentence); };
   ASSIGN_OR_RETURN(session->client_, Client::Connect(std::move(options)));
   return session;

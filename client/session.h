@@ -20,12 +20,15 @@ class Session {
   // Usage errors for a server that is not HOST:PORT or unix:PATH; else Client::Connect's. Call before any thread is
   // started.
   static absl::StatusOr<std::unique_ptr<Session>> Open(const GlobalFlags& global);
+  // Of many calls at a time: --timeout is that of each, and none shows its own progress.
+  static absl::StatusOr<std::unique_ptr<Session>> OpenForMany(const GlobalFlags& global);
 
   Client& client() { return *client_; }
   Progress& progress() { return progress_; }
 
  private:
   Session() = default;
+  static absl::StatusOr<std::unique_ptr<Session>> Open(const GlobalFlags& global, bool is_for_many);
   absl::Status PrepareInProcess(const GlobalFlags& global, ServerOptions* options);
 
   std::optional<PrivateFolder> store_;  // outlives the service

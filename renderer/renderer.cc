@@ -1,5 +1,6 @@
 #include "renderer/renderer.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "renderer/frame.h"
@@ -74,6 +75,15 @@ class ContextRenderer : public Renderer {
     lights_.mesh_levels.Forget(LightDataPrefix(scene_name));
   }
 
+  absl::Status CheckCanary() override {
+    ASSIGN_OR_RETURN(Image image, DrawCanary(*this));
+    if (canary_.size() == 0) canary_ = image;
+    if (std::equal(canary_.data(), canary_.data() + canary_.size(), image.data(), image.data() + image.size())) {
+      return absl::OkStatus();
+    }
+    return absl::InternalError("the context draws another picture than at its start");
+  }
+
   std::vector<CacheReport> Caches() const override {
     return {CacheOf("scene_on_context", scenes_), CacheOf("light_data", lights_.light_data), CacheOf("view", views_),
             CacheOf("ray_scene", lights_.ray_scenes), CacheOf("mesh_levels", lights_.mesh_levels)};
@@ -135,6 +145,7 @@ class ContextRenderer : public Renderer {
   LightCaches lights_;
   LightStore* light_store_;
   gl::ObjectCache<SeenView> views_;
+  Image canary_;  // as it was drawn first
 };
 
 }  // namespace
@@ -162,6 +173,7 @@ absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context,
   ASSIGN_OR_RETURN(LtcTextures ltc, LtcTextures::Create(*context));
   auto renderer = std::make_unique<ContextRenderer>(context, std::move(ltc), WarmUpTexel, memory);
   RETURN_IF_ERROR(WarmUp(*renderer));
+  RETURN_IF_ERROR(renderer->CheckCanary());
   renderer->ForgetEverything();
   renderer->Open(std::move(decoder));
   return renderer;

@@ -93,6 +93,10 @@ class Renderer {
   // Frees all that stayed of a scene. OK if there is nothing.
   virtual void ForgetScene(const std::string& scene_name) = 0;
 
+  // Draws a small known picture, in some milliseconds. UNAVAILABLE where the context is lost; INTERNAL where it draws
+  // something else than at the first time, or fails.
+  virtual absl::Status CheckCanary() { return absl::OkStatus(); }
+
   // What stays on the context now, and how often it was found since the start.
   virtual std::vector<CacheReport> Caches() const { return {}; }
 };

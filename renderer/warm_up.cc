@@ -45,13 +45,7 @@ FlatScene Triangles() {
   return scene;
 }
 
-}  // namespace
-
-absl::StatusOr<Rgba8Image> WarmUpTexel(const EncodedImage&) { return Rgba8Image{1, 1, {255, 255, 255, 255}}; }
-
-absl::Status WarmUp(Renderer& renderer) {
-  const std::string name = "warm-up";
-  const FlatScene scene = Triangles();
+RenderRequest SmallRequest() {
   RenderRequest request;
   request.camera.eye_ws = {0, 0, 3};
   request.width = request.height = 16;
@@ -68,6 +62,32 @@ absl::Status WarmUp(Renderer& renderer) {
   light.width_m = light.height_m = 0.5;
   light.radiance = light.intensity = glm::vec3(1);
   request.lights = {light};
+  return request;
+}
+
+}  // namespace
+
+absl::StatusOr<Rgba8Image> WarmUpTexel(const EncodedImage&) { return Rgba8Image{1, 1, {255, 255, 255, 255}}; }
+
+absl::StatusOr<Image> DrawCanary(Renderer& renderer) {
+  const std::string name = "canary";
+  // Without its textures, which a canary in use could not decode.
+  FlatScene scene = Triangles();
+  scene.materials.assign(scene.materials.size(), {});
+  RenderRequest request = SmallRequest();
+  request.method = HardOptions{16};
+  request.outputs = {OutputKind::kVisibility};
+  request.cache = CacheMode::kRefresh;
+  absl::StatusOr<RenderResult> result = renderer.Render(name, scene, request, [] { return absl::OkStatus(); });
+  renderer.ForgetScene(name);
+  RETURN_IF_ERROR(result.status());
+  return std::move(result->images[0].image);
+}
+
+absl::Status WarmUp(Renderer& renderer) {
+  const std::string name = "warm-up";
+  const FlatScene scene = Triangles();
+  RenderRequest request = SmallRequest();
   for (const MethodOptions& method :
        {MethodOptions(HardOptions{16}), MethodOptions(MultiMapOptions{2, 16}), MethodOptions(PcssOptions{16, 1, 1}),
         MethodOptions(SsmOptions{.occluder_map_size = 16, .sub_lights = 1}),

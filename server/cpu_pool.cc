@@ -18,25 +18,9 @@ CpuPool::~CpuPool() {
 void CpuPool::Run(std::function<void()> work, const std::string& principal) {
   {
     const std::lock_guard lock(mutex_);
-    Queue& queue = queues_[principal];
-    if (queue.empty()) turns_.push_back(principal);
-    queue.push_back(std::move(work));
+    work_.Push(principal, std::move(work));
   }
   changed_.notify_one();
-}
-
-std::function<void()> CpuPool::TakeNext() {
-  const std::string principal = std::move(turns_.front());
-  turns_.pop_front();
-  const auto found = queues_.find(principal);
-  std::function<void()> work = std::move(found->second.front());
-  found->second.pop_front();
-  if (found->second.empty()) {
-    queues_.erase(found);
-  } else {
-    turns_.push_back(principal);
-  }
-  return work;
 }
 
 void CpuPool::Work() {
@@ -44,9 +28,9 @@ void CpuPool::Work() {
     std::function<void()> work;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait(lock, [this] { return is_closed_ || !turns_.empty(); });
-      if (turns_.empty()) return;
-      work = TakeNext();
+      changed_.wait(lock, [this] { return is_closed_ || !work_.empty(); });
+      if (work_.empty()) return;
+      work = work_.Take();
     }
     work();
   }

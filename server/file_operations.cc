@@ -8,7 +8,9 @@
 
 namespace halfshade {
 
-int FileOperations::Open(const std::string& path, int flags) { return open(path.c_str(), flags | O_CLOEXEC, 0600); }
+int FileOperations::Open(const std::string& path, int flags, mode_t mode) {
+  return open(path.c_str(), flags | O_CLOEXEC, mode);
+}
 ssize_t FileOperations::Read(int file, void* bytes, size_t size, off_t offset) {
   return pread(file, bytes, size, offset);
 }

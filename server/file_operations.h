@@ -1,4 +1,5 @@
-// The system calls that the store makes, in one place, so that a test can let the nth of them fail or fall short.
+// The system calls that the store and the client's output files make, in one place, so that a test can let the nth of
+// them fail or fall short.
 #pragma once
 
 #include <absl/status/status.h>
@@ -12,7 +13,8 @@ namespace halfshade {
 class FileOperations {
  public:
   virtual ~FileOperations() = default;
-  virtual int Open(const std::string& path, int flags);  // O_CLOEXEC; a new file is the owner's alone
+  // O_CLOEXEC; `mode` of a new file is cut by the umask: the owner's alone unless told.
+  virtual int Open(const std::string& path, int flags, mode_t mode = 0600);
   virtual ssize_t Read(int file, void* bytes, size_t size, off_t offset);
   virtual ssize_t Write(int file, const void* bytes, size_t size, off_t offset);
   virtual int Truncate(int file, off_t size);

@@ -9,6 +9,18 @@ namespace {
 
 constexpr int kUsage = 64;
 
+void AddConnectionTimes(CLI::App& app, ConnectionTimes* times) {
+  const auto add = [&app](const char* name, int* ms, const char* what) {
+    app.add_option(name, *ms, what)->check(CLI::Range(1, 86'400'000))->capture_default_str();
+  };
+  add("--handshake-ms", &times->handshake_ms, "for a connection's first bytes");
+  add("--connection-age-ms", &times->age_ms, "then a connection is asked to go");
+  add("--connection-age-grace-ms", &times->age_grace_ms, "and has so long for its calls");
+  add("--connection-idle-ms", &times->idle_ms, "without calls, then a connection is closed");
+  add("--keepalive-ms", &times->keepalive_ms, "of silence before a ping");
+  add("--keepalive-timeout-ms", &times->keepalive_timeout_ms, "for its answer");
+}
+
 void AddLimits(CLI::App& app, Limits* limits) {
   app.add_option("--max-message-bytes", limits->message_bytes, "largest message received")
       ->check(CLI::Range(uint64_t(1) << 16, uint64_t(1) << 30));
@@ -41,7 +53,7 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   options.listen = "127.0.0.1:50051";
   CLI::App app("halfshaded: soft shadows over gRPC");
   app.add_option("--listen", options.listen, "HOST:PORT (port 0 picks one) or unix:PATH")->capture_default_str();
-  app.add_option("--http", options.http, "HOST:PORT of /livez and /readyz, or off")->capture_default_str();
+  app.add_option("--http", options.http, "HOST:PORT of /livez, /readyz and /metrics, or off")->capture_default_str();
   app.add_option("--scene-store", options.scene_store_dir,
                  "folder that keeps scenes; default: a private temporary one");
   app.add_option("--scene-store-mb", options.scene_store_mb, "its bound, unfinished uploads included")
@@ -68,6 +80,9 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   app.add_option("--gl", gl, "auto, egl or osmesa")->check(CLI::IsMember({"auto", "egl", "osmesa"}));
   app.add_option("--egl-device", options.gl.egl_device, "which EGL device")->check(CLI::NonNegativeNumber);
   app.add_option("--contexts", options.contexts, "GL contexts, a thread each")->check(CLI::Range(1, 64));
+  app.add_option("--canary-ms", options.canary_ms, "a context that is idle for so long shows that it still draws")
+      ->check(CLI::Range(10, 3'600'000))
+      ->capture_default_str();
   app.add_option("--grace-s", options.grace_s, "after SIGTERM: time for calls under way")->check(CLI::Range(0, 3600));
   app.add_option("--lame-duck-s", options.lame_duck_s, "after SIGTERM: NOT_SERVING, still taking calls")
       ->check(CLI::Range(0, 3600));
@@ -83,6 +98,9 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   app.add_flag("--insecure-bind", insecure_bind, "allow an address beyond loopback without TLS and token");
   app.add_option("--log-level", flags->log_level, "trace, debug, info, warn, error, off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}));
+  AddConnectionTimes(app, &options.connections);
+  std::string log_format = "text";
+  app.add_option("--log-format", log_format, "text, or json: an object a line")->check(CLI::IsMember({"text", "json"}));
   AddLimits(app, &options.limits);
   std::vector<std::string> later_given;
   for (const char* later : {"--tls-cert", "--tls-key", "--client-ca", "--token-file"}) {
@@ -105,6 +123,7 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
                  options.listen.c_str());
     return kUsage;
   }
+  flags->is_json_log = log_format == "json";
   options.gl.backend = gl == "egl" ? gl::Backend::kEgl : gl == "osmesa" ? gl::Backend::kOsmesa : gl::Backend::kAuto;
   return -1;
 }

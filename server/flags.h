@@ -10,6 +10,7 @@ namespace halfshade {
 struct DaemonFlags {
   ServerOptions options;
   std::string log_level = "info";
+  bool is_json_log = false;
 };
 
 // Fills `flags` and returns -1, or returns an exit code (0 after --help) having said why on stderr.

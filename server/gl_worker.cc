@@ -1,5 +1,8 @@
 #include "server/gl_worker.h"
 
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
 #include <chrono>
 #include <future>
 
@@ -8,6 +11,13 @@
 #include "renderer/status.h"
 
 namespace halfshade {
+namespace {
+
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLongestPause(2000);  // between attempts to get a context
+
+}  // namespace
 
 RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels,
                                       const ContextMemory& memory) {
@@ -28,11 +38,12 @@ RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_
   };
 }
 
-absl::StatusOr<std::unique_ptr<GlWorker>> GlWorker::Start(const RendererFactory& factory, RenderQueue* queue) {
+absl::StatusOr<std::unique_ptr<GlWorker>> GlWorker::Start(const RendererFactory& factory, RenderQueue* queue,
+                                                          const ContextWatch& watch) {
   std::promise<absl::StatusOr<WorkerRenderer>> started;
-  auto worker = std::unique_ptr<GlWorker>(new GlWorker(queue));
-  worker->thread_ = std::thread([&factory, &started, self = worker.get()] {
-    absl::StatusOr<WorkerRenderer> made = factory();
+  auto worker = std::unique_ptr<GlWorker>(new GlWorker(factory, queue, watch));
+  worker->thread_ = std::thread([&started, self = worker.get()] {
+    absl::StatusOr<WorkerRenderer> made = self->factory_();
     if (!made.ok()) {
       started.set_value(made.status());
       return;
@@ -43,25 +54,55 @@ absl::StatusOr<std::unique_ptr<GlWorker>> GlWorker::Start(const RendererFactory&
     words.gl_version = own.gl_version;
     words.description = own.description;
     words.slowness = own.slowness;
-    started.set_value(std::move(words));  // the references are gone from here on
-    self->Work(own);
+    started.set_value(std::move(words));  // the reference is gone from here on
+    self->Work(std::move(own));
   });
   ASSIGN_OR_RETURN(worker->info_, started.get_future().get());
   return worker;
 }
 
-void GlWorker::Work(WorkerRenderer& own) {
+void GlWorker::Work(WorkerRenderer own) {
   const auto is_called = [this] {
     const std::lock_guard lock(mutex_);
     return !forgotten_.empty();
   };
-  while (std::optional<RenderJob> job = queue_->Pop(is_called)) {
+  auto checked_at = SteadyClock::now();
+  std::string affinity;
+  while (std::optional<RenderJob> job = queue_->Pop(is_called, watch_.canary, affinity)) {
+    bool is_suspect = false;
     if (job->run) {
-      const auto begin = std::chrono::steady_clock::now();
-      job->run(own);
-      queue_->Report(std::chrono::steady_clock::now() - begin);
+      affinity = job->affinity;
+      const auto begin = SteadyClock::now();
+      const absl::Status status = job->run(own);
+      queue_->Report(SteadyClock::now() - begin);
+      is_suspect = absl::IsInternal(status) || absl::IsUnavailable(status);
     }
-    if (own.renderer != nullptr) Tidy(*own.renderer);
+    if (own.renderer == nullptr) continue;
+    if (is_suspect || (!job->run && SteadyClock::now() - checked_at >= watch_.canary)) {
+      checked_at = SteadyClock::now();
+      if (const absl::Status status = own.renderer->CheckCanary(); !status.ok()) {
+        spdlog::error("{} draws no more: {}", own.description, status.ToString());
+        if (!Rebuild(&own)) return;
+        spdlog::info("{} draws again", own.description);
+      }
+    }
+    Tidy(*own.renderer);
+  }
+}
+
+bool GlWorker::Rebuild(WorkerRenderer* own) {
+  watch_.on_health(false);
+  for (std::chrono::milliseconds pause(50);; pause = std::min(2 * pause, kLongestPause)) {
+    own->renderer.reset();
+    own->context.reset();
+    absl::StatusOr<WorkerRenderer> made = factory_();
+    if (made.ok()) {
+      *own = *std::move(made);
+      watch_.on_health(true);
+      return true;
+    }
+    spdlog::error("no context: {}", made.status().ToString());
+    if (!queue_->Pause(pause)) return false;
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -26,17 +27,26 @@ struct WorkerRenderer {
   double slowness = 1;  // Budget::slowness, of this context
 };
 
-// Called on the worker's own thread, where the context stays current.
+// Called on the worker's own thread, where the context stays current; again when a context is lost.
 using RendererFactory = std::function<absl::StatusOr<WorkerRenderer>()>;
 
 // The real one: a context by `options`, warmed up and timed.
 RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, uint64_t max_texture_pixels,
                                       const ContextMemory& memory);
 
+struct ContextWatch {
+  std::chrono::milliseconds canary{10'000};                   // of idleness, then the context shows that it draws
+  std::function<void(bool is_well)> on_health = [](bool) {};  // on the worker's thread: false, and true again
+};
+
+// A context whose jobs end INTERNAL or UNAVAILABLE, or which had nothing to do for ContextWatch::canary, draws its
+// canary. Where that fails the context is given up and made anew, again and again, until the queue is closed; nothing
+// runs there meanwhile.
 class GlWorker {
  public:
   // Starts the thread and waits for its renderer; the factory's error. `queue` outlives the worker.
-  static absl::StatusOr<std::unique_ptr<GlWorker>> Start(const RendererFactory& factory, RenderQueue* queue);
+  static absl::StatusOr<std::unique_ptr<GlWorker>> Start(const RendererFactory& factory, RenderQueue* queue,
+                                                         const ContextWatch& watch = {});
   ~GlWorker() { Join(); }
   // Waits for the end of the thread. Close the queue first, or this waits for ever.
   void Join();
@@ -52,11 +62,16 @@ class GlWorker {
   std::vector<CacheReport> Caches() const;
 
  private:
-  explicit GlWorker(RenderQueue* queue) : queue_(queue) {}
-  void Work(WorkerRenderer& own);  // until the queue is closed and empty
-  void Tidy(Renderer& renderer);   // forgets what is to be forgotten, and counts what is left
+  GlWorker(RendererFactory factory, RenderQueue* queue, ContextWatch watch)
+      : factory_(std::move(factory)), queue_(queue), watch_(std::move(watch)) {}
+  void Work(WorkerRenderer own);  // until the queue is closed and empty
+  void Tidy(Renderer& renderer);  // forgets what is to be forgotten, and counts what is left
+  // Another context in the place of one that failed. False: the queue was closed first.
+  bool Rebuild(WorkerRenderer* own);
 
-  RenderQueue* queue_;
+  const RendererFactory factory_;
+  RenderQueue* const queue_;
+  const ContextWatch watch_;
   WorkerRenderer info_;  // words and slowness alone; context and renderer live on the thread
   mutable std::mutex mutex_;
   std::vector<std::string> forgotten_;

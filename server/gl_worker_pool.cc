@@ -7,7 +7,17 @@
 
 namespace halfshade {
 
-absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queue, LightStore* light_store) {
+absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queue, LightStore* light_store,
+                                 std::function<void(int lost)> on_health) {
+  on_health_ = std::move(on_health);
+  ContextWatch watch;
+  watch.canary = std::chrono::milliseconds(options.canary_ms);
+  watch.on_health = [this](bool is_well) {
+    const std::lock_guard lock(mutex_);
+    lost_ += is_well ? -1 : 1;
+    if (!is_well) ++losses_;
+    on_health_(lost_);
+  };
   const uint64_t contexts = uint64_t(options.contexts);
   const ContextMemory memory = {.scene_bytes = (options.gl_scene_mb << 20) / contexts,
                                 .light_data_bytes = (options.light_cache_mb << 20) / contexts,
@@ -17,7 +27,7 @@ absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queu
                                       ? options.renderer_factory
                                       : MakeGlRendererFactory(options.gl, options.limits.texture_pixels, memory);
   for (int i = 0; i < options.contexts; ++i) {
-    ASSIGN_OR_RETURN(auto worker, GlWorker::Start(factory, queue));
+    ASSIGN_OR_RETURN(auto worker, GlWorker::Start(factory, queue, watch));
     workers_.push_back(std::move(worker));
   }
   return absl::OkStatus();

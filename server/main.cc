@@ -1,12 +1,12 @@
 // halfshaded: the server. Exit codes: 0 after SIGTERM or SIGINT, 64 usage, 69 no context or no address.
 #include <signal.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
 #include <thread>
 
 #include "server/flags.h"
+#include "server/log.h"
 #include "server/server.h"
 
 namespace {
@@ -19,8 +19,7 @@ int main(int argc, char** argv) {
   halfshade::DaemonFlags flags;
   if (const int code = halfshade::ParseDaemonFlags(argc, argv, &flags); code >= 0) return code;
   halfshade::gl::LimitDriverThreads(flags.options.contexts);
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("halfshaded"));
-  spdlog::set_level(spdlog::level::from_str(flags.log_level == "warn" ? "warning" : flags.log_level));
+  halfshade::SetUpLog(flags.log_level, flags.is_json_log);
 
   // Signals are taken by one thread that waits for them; every other thread has them blocked.
   sigset_t signals;

@@ -11,9 +11,19 @@
 
 namespace halfshade {
 
+// How long a connection may take for what.
+struct ConnectionTimes {
+  int handshake_ms = 10'000;
+  int age_ms = 600'000;  // then it is asked to go, within the grace
+  int age_grace_ms = 60'000;
+  int idle_ms = 300'000;
+  int keepalive_ms = 60'000;  // of silence before a ping, which is answered within the timeout
+  int keepalive_timeout_ms = 20'000;
+};
+
 struct ServerOptions {
   std::string listen;           // "127.0.0.1:0" picks a port, "unix:PATH"; "": no port, InProcessChannel alone
-  std::string http = "off";     // address of /livez and /readyz, or "off"
+  std::string http = "off";     // address of /livez, /readyz and /metrics, or "off"
   std::string scene_store_dir;  // "": a private temporary folder, removed at the end
   uint64_t scene_store_mb = 4096;
   bool keeps_store = true;  // after the server's end: else no light data is written there
@@ -24,10 +34,12 @@ struct ServerOptions {
   uint64_t result_cache_mb = 256;  // replies as they were encoded; 0: none is kept
   gl::ContextOptions gl;
   int contexts = 1;
+  int canary_ms = 10'000;        // a context that had nothing to do for so long shows that it draws
   int grace_s = 30;              // how long calls in flight may take once draining
   uint64_t in_flight_mb = 2048;  // images drawn, encoded or sent at the same time, before compression
   int stream_stall_s = 30;       // a reader of RenderStream that takes nothing for so long is dropped
   int lame_duck_s = 0;           // NOT_SERVING but still taking calls, before the grace begins
+  ConnectionTimes connections;
   Limits limits;
   RendererFactory renderer_factory;  // empty: a GL context and its renderer; tests give a fake
 };

@@ -1,7 +1,5 @@
 #include "server/plan_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include <atomic>
 #include <limits>
 #include <memory>
@@ -9,8 +7,6 @@
 
 #include "renderer/status.h"
 #include "server/report_to_proto.h"
-#include "server/request_id.h"
-#include "server/status.h"
 #include "server/validate.h"
 
 namespace halfshade {
@@ -21,7 +17,11 @@ class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_share
  public:
   PlanCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::PlanRenderRequest& plan,
            v1::PlanRenderResponse* response)
-      : plant_(plant), context_(context), request_(plan.request()), response_(response), id_(NextRequestId()) {
+      : plant_(plant),
+        context_(context),
+        request_(plan.request()),
+        response_(response),
+        call_(CallLog::Begin("PlanRender", *context)) {
     // A plan sends no picture: whichever of the two rpcs would.
     limits_ = plant->limits;
     limits_.render_reply_bytes = std::numeric_limits<uint64_t>::max();
@@ -57,21 +57,15 @@ class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_share
 
   void FinishOnce(const absl::Status& status) {
     if (is_finished_.exchange(true)) return;
-    if (status.ok()) {
-      response_->mutable_plan()->Swap(&plan_);
-      Finish(grpc::Status::OK);
-      return;
-    }
-    spdlog::log(absl::IsInternal(status) ? spdlog::level::err : spdlog::level::info, "{} PlanRender {}", id_,
-                status.ToString());
-    Finish(EndOfCall(status, id_, context_));
+    if (status.ok()) response_->mutable_plan()->Swap(&plan_);
+    Finish(plant_->log->End(call_, status, context_));
   }
 
   RenderPlant* const plant_;
   grpc::CallbackServerContext* const context_;
   const v1::RenderRequest request_;
   v1::PlanRenderResponse* const response_;
-  const std::string id_;
+  const CallLog::Call call_;
   Limits limits_;
   std::shared_ptr<PlanCall> self_;
   std::atomic<bool> is_finished_{false};

@@ -1,7 +1,6 @@
 #include "server/query_service.h"
 
 #include <grpcpp/alarm.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,8 +10,6 @@
 #include "server/call_time.h"
 #include "server/gl_worker.h"
 #include "server/report_to_proto.h"
-#include "server/request_id.h"
-#include "server/status.h"
 #include "server/validate.h"
 
 namespace halfshade {
@@ -26,7 +23,11 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
  public:
   QueryCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::QueryVisibilityRequest& query,
             v1::QueryVisibilityResponse* response)
-      : plant_(plant), context_(context), query_(query), response_(response), id_(NextRequestId()) {}
+      : plant_(plant),
+        context_(context),
+        query_(query),
+        response_(response),
+        call_(CallLog::Begin("QueryVisibility", *context)) {}
 
   void Start() {
     self_ = shared_from_this();  // gRPC's share, until OnDone
@@ -39,7 +40,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
     alarm_->Set(deadline_, [self = shared_from_this()](bool is_due) {
       if (is_due) self->GiveUp(absl::DeadlineExceededError("the deadline passed"));
     });
-    plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, context_->peer());
+    plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, call_.peer);
   }
 
   void OnCancel() override { GiveUp(absl::CancelledError("cancelled by the client")); }
@@ -72,25 +73,28 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
       queued_at_ = SteadyClock::now();
       RenderJob job;
       job.id = JobId();
-      job.run = [self = shared_from_this()](WorkerRenderer& worker) { self->Resolve(worker); };
+      job.principal = call_.peer;
+      job.affinity = query_.request().scene();
+      job.refuse = [self = shared_from_this()](const absl::Status& refusal) { self->FinishOnce(refusal); };
+      job.run = [self = shared_from_this()](WorkerRenderer& worker) { return self->Resolve(worker); };
       return plant_->queue->Push(std::move(job), deadline_ - SystemClock::now());
     }();
     if (!status.ok()) FinishOnce(status);
   }
 
   // On a GL thread.
-  void Resolve(WorkerRenderer& worker) {
+  absl::Status Resolve(WorkerRenderer& worker) {
     const SteadyClock::time_point dequeued_at = SteadyClock::now();
     if (const absl::Status status = StopReason(); !status.ok()) {
       FinishOnce(status);
-      return;
+      return status;
     }
     const double cpu_begin_ms = ProcessCpuMs();
     auto result = worker.renderer->QueryVisibility(query_.request().scene(), *scene_, valid_.request, valid_.points,
                                                    [this] { return StopReason(); });
     if (!result.ok()) {
       FinishOnce(result.status());
-      return;
+      return result.status();
     }
     v1::QueryVisibilityResponse response;
     // Little-endian, as validation asserts of this machine.
@@ -108,18 +112,18 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
     report->set_gl_renderer(worker.gl_renderer);
     report->set_gl_version(worker.gl_version);
     report->set_server_version(HALFSHADE_VERSION);
-    if (is_finished_.exchange(true)) return;
+    if (is_finished_.exchange(true)) return absl::OkStatus();
     ++plant_->renders_ok;
     response_->Swap(&response);
-    Finish(grpc::Status::OK);
+    plant_->log->metrics()->CountRender(response_->report());
+    Finish(plant_->log->End(call_, absl::OkStatus(), context_));
+    return absl::OkStatus();
   }
 
   void FinishOnce(const absl::Status& status) {
     if (is_finished_.exchange(true)) return;
     ++plant_->renders_failed;
-    spdlog::log(absl::IsInternal(status) ? spdlog::level::err : spdlog::level::info, "{} QueryVisibility {}", id_,
-                status.ToString());
-    Finish(EndOfCall(status, id_, context_));
+    Finish(plant_->log->End(call_, status, context_));
   }
 
   uint64_t JobId() const { return uint64_t(reinterpret_cast<uintptr_t>(this)); }
@@ -128,7 +132,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
   grpc::CallbackServerContext* const context_;
   const v1::QueryVisibilityRequest query_;
   v1::QueryVisibilityResponse* const response_;
-  const std::string id_;
+  const CallLog::Call call_;
   std::shared_ptr<QueryCall> self_;
   std::unique_ptr<grpc::Alarm> alarm_;  // its callback holds a share of this until it ran or was cancelled
   SystemClock::time_point deadline_;

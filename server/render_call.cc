@@ -1,10 +1,10 @@
 #include "server/render_call.h"
 
 #include <absl/strings/str_cat.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "renderer/plan/coarse_request.h"
 #include "renderer/status.h"
@@ -12,8 +12,6 @@
 #include "server/encode.h"
 #include "server/gl_worker.h"
 #include "server/report_to_proto.h"
-#include "server/request_id.h"
-#include "server/status.h"
 
 namespace halfshade {
 namespace {
@@ -32,14 +30,12 @@ RenderCall::RenderCall(RenderPlant* plant, grpc::CallbackServerContext* context,
     : plant_(plant),
       context_(context),
       request_(request),
-      rpc_(rpc),
       limits_(limits),
-      request_id_(NextRequestId()),
+      call_(CallLog::Begin(rpc, *context)),
       is_progressive_(is_progressive) {}
 
 void RenderCall::Start() {
   self_ = shared_from_this();  // gRPC's share, until OnDone
-  peer_ = context_->peer();
   deadline_ = EffectiveDeadline(context_->deadline());
   if (const absl::Status status = CheckRenderFields(request_, limits_); !status.ok()) {
     Fail(status);
@@ -49,7 +45,7 @@ void RenderCall::Start() {
   alarm_->Set(deadline_, [self = shared_from_this()](bool is_due) {
     if (is_due) self->GiveUp(absl::DeadlineExceededError("the deadline passed"));
   });
-  plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, peer_);
+  plant_->pool->Run([self = shared_from_this()] { self->Prepare(); }, call_.peer);
 }
 
 bool RenderCall::IsAwaited() const { return part_ == Part::kLeads && plant_->results->IsAwaited(result_key_); }
@@ -79,17 +75,14 @@ void RenderCall::GiveUp(const absl::Status& reason) {
 void RenderCall::Fail(const absl::Status& status) {
   if (is_finished_.exchange(true)) return;
   ++plant_->renders_failed;
-  if (absl::IsInternal(status)) {
-    spdlog::error("{} {} {}", request_id_, rpc_, status.ToString());
-  } else {
-    spdlog::info("{} {} {}", request_id_, rpc_, status.ToString());
-  }
-  FinishRpc(EndOfCall(status, request_id_, context_));
+  FinishRpc(plant_->log->End(call_, status, context_));
 }
 
-bool RenderCall::ClaimSuccess() {
+bool RenderCall::ClaimSuccess(const v1::RenderReport& report) {
   if (is_finished_.exchange(true)) return false;
   ++plant_->renders_ok;
+  plant_->log->metrics()->CountRender(report);
+  plant_->log->End(call_, absl::OkStatus(), context_);
   coarse_in_flight_ = {};
   in_flight_ = {};  // before the caller can see the end and ask for more
   return true;
@@ -136,7 +129,7 @@ void RenderCall::Prepare() {
             self->Reuse(*reply);
           } else {
             self->part_ = Part::kLeads;
-            self->plant_->pool->Run([self] { self->Enqueue(); }, self->peer_);
+            self->plant_->pool->Run([self] { self->Enqueue(); }, self->call_.peer);
           }
         });
     if (leads) part_ = Part::kLeads;
@@ -156,7 +149,15 @@ bool RenderCall::Enqueue() {
   }
   RenderJob job;
   job.id = id();
-  job.run = [self = shared_from_this()](WorkerRenderer& worker) { self->Draw(worker); };
+  job.principal = call_.peer;
+  // What light data hang on, nearly.
+  job.affinity = request_.scene() + request_.method().SerializeAsString();
+  for (const v1::AreaLight& light : request_.lights()) job.affinity += light.SerializeAsString();
+  job.refuse = [self = shared_from_this()](const absl::Status& status) {
+    self->LeaveResults();
+    self->Fail(status);
+  };
+  job.run = [self = shared_from_this()](WorkerRenderer& worker) { return self->Draw(worker); };
   if (const absl::Status status = plant_->queue->Push(std::move(job), deadline_ - SystemClock::now()); !status.ok()) {
     LeaveResults();
     Fail(status);
@@ -185,37 +186,42 @@ void RenderCall::PlanCoarse() {
   }
 }
 
-void RenderCall::Draw(WorkerRenderer& worker) {
+absl::Status RenderCall::Draw(WorkerRenderer& worker) {
   dequeued_at_ = SteadyClock::now();
   queue_ms_ = std::chrono::duration<double, std::milli>(dequeued_at_ - queued_at_).count();
   if (const absl::Status status = StopReason(); !status.ok()) {
     LeaveResults();
     Fail(status);
-    return;
+    return status;
   }
   gl_renderer_ = worker.gl_renderer;
   gl_version_ = worker.gl_version;
   cpu_begin_ms_ = ProcessCpuMs();
   for (const ValidatedRender& coarse : coarse_) {
-    if (gave_up_) break;  // those that wait for the whole get none
-    if (!DrawOne(worker, coarse)) return;
+    if (gave_up_ || is_redone_) break;  // those that wait for the whole get none; none is sent twice
+    RETURN_IF_ERROR(DrawOne(worker, coarse));
   }
-  DrawOne(worker, render_);
+  return DrawOne(worker, render_);
 }
 
-bool RenderCall::DrawOne(WorkerRenderer& worker, const ValidatedRender& render) {
+absl::Status RenderCall::DrawOne(WorkerRenderer& worker, const ValidatedRender& render) {
   auto result = worker.renderer->Render(request_.scene(), *scene_, render.request, [this] { return StopReason(); });
   if (!result.ok()) {
+    // Another context, or this one made anew, may still draw it.
+    if (absl::IsUnavailable(result.status()) && StopReason().ok() && !std::exchange(is_redone_, true)) {
+      Enqueue();
+      return result.status();
+    }
     LeaveResults();
     Fail(result.status());
-    return false;
+    return result.status();
   }
   const std::lock_guard lock(drawn_mutex_);
   drawn_.push_back({&render, *std::move(result), ProcessCpuMs() - cpu_begin_ms_});
-  if (is_encoding_) return true;
+  if (is_encoding_) return absl::OkStatus();
   is_encoding_ = true;
-  plant_->encode_pool->Run([self = shared_from_this()] { self->EncodeAll(); }, peer_);
-  return true;
+  plant_->encode_pool->Run([self = shared_from_this()] { self->EncodeAll(); }, call_.peer);
+  return absl::OkStatus();
 }
 
 void RenderCall::EncodeAll() {

@@ -26,6 +26,7 @@
 #include "renderer/renderer.h"
 #include "server/admission.h"
 #include "server/byte_budget.h"
+#include "server/call_log.h"
 #include "server/cpu_pool.h"
 #include "server/encode.h"
 #include "server/limits.h"
@@ -43,6 +44,7 @@ struct RenderPlant {
   RenderQueue* queue = nullptr;
   ByteBudget* in_flight = nullptr;  // images that are drawn, encoded or sent, as the encoder gets them
   ResultCache* results = nullptr;
+  CallLog* log = nullptr;
   Limits limits;
   std::chrono::milliseconds stream_stall{30000};  // a reader that takes nothing for so long is dropped
   double slowness = 1;                            // Budget::slowness, of the slowest context
@@ -58,7 +60,7 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   void Start();
 
  protected:
-  // `rpc` is for the log. `limits` are the plant's, less what the rpc lifts.
+  // `rpc` is for the log and the metrics. `limits` are the plant's, less what the rpc lifts.
   RenderCall(RenderPlant* plant, grpc::CallbackServerContext* context, const v1::RenderRequest& request,
              const char* rpc, const Limits& limits, bool is_progressive = false);
 
@@ -68,8 +70,8 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   void GiveUp(const absl::Status& reason);
   // Finishes with an error, unless the call is finished.
   void Fail(const absl::Status& status);
-  // True for the one caller that may finish the call well; its images are in flight no more.
-  bool ClaimSuccess();
+  // True for the one caller that may finish the call well, with this report; its images are in flight no more.
+  bool ClaimSuccess(const v1::RenderReport& report);
   // gRPC's share, given back in OnDone.
   void Release();
 
@@ -95,11 +97,11 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
     RenderResult result;
     double cpu_ms = 0;  // since the call was dequeued
   };
-  void PlanCoarse();                                                    // where there is memory for them too
-  void Draw(WorkerRenderer& worker);                                    // on a GL thread
-  bool DrawOne(WorkerRenderer& worker, const ValidatedRender& render);  // false: the call has ended
-  void EncodeAll();                                                     // on the encode pool, in the order drawn
-  bool EncodeAndDeliver(Drawn drawn);                                   // false: the call has ended
+  void PlanCoarse();                          // where there is memory for them too
+  absl::Status Draw(WorkerRenderer& worker);  // on a GL thread; what became of it there
+  absl::Status DrawOne(WorkerRenderer& worker, const ValidatedRender& render);
+  void EncodeAll();                    // on the encode pool, in the order drawn
+  bool EncodeAndDeliver(Drawn drawn);  // false: the call has ended
   v1::RenderResponse MakeResponse(const Drawn& drawn, const std::vector<std::optional<LightGrid>>& grids,
                                   std::vector<EncodedOutput> encoded) const;
   void SetTiming(double cpu_ms, v1::Timing* timing) const;  // what is the call's own, drawn or not
@@ -112,10 +114,8 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   RenderPlant* const plant_;
   grpc::CallbackServerContext* const context_;
   const v1::RenderRequest request_;
-  const char* const rpc_;
   const Limits limits_;
-  const std::string request_id_;
-  std::string peer_;
+  const CallLog::Call call_;
   std::shared_ptr<RenderCall> self_;
   std::unique_ptr<grpc::Alarm> alarm_;  // keeps its callback, and so a share of this, until it is destroyed
   std::chrono::system_clock::time_point deadline_;
@@ -127,6 +127,7 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   std::string result_key_;
   SceneCache::ScenePtr scene_;
   ValidatedRender render_;
+  bool is_redone_ = false;  // its context was lost once
   const bool is_progressive_;
   std::vector<ValidatedRender> coarse_;  // drawn before it
   ByteBudget::Hold in_flight_, coarse_in_flight_;

@@ -22,7 +22,7 @@ class UnaryRenderCall final : public grpc::ServerUnaryReactor, public RenderCall
  private:
   void OnQueued(v1::RenderReport) override {}
   void Deliver(v1::RenderResponse response) override {
-    if (!ClaimSuccess()) return;
+    if (!ClaimSuccess(response.report())) return;
     response_->Swap(&response);
     Finish(grpc::Status::OK);
   }

@@ -98,7 +98,7 @@ class RenderStreamCall final : public grpc::ServerWriteReactor<v1::RenderStreamR
     } else if (image_ < results_.front().response.images_size()) {
       TakeImagePart(results_.front().response.mutable_images(image_));
     } else {
-      if (results_.front().is_last && !ClaimSuccess()) return;
+      if (results_.front().is_last && !ClaimSuccess(results_.front().response.report())) return;
       is_ended_ = results_.front().is_last;
       part_.mutable_report()->Swap(results_.front().response.mutable_report());
       results_.pop_front();

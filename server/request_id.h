@@ -5,7 +5,7 @@
 
 namespace halfshade {
 
-// Unique in this process: "r" and a number.
+// Six hex digits of this process, and a number.
 std::string NextRequestId();
 
 }  // namespace halfshade

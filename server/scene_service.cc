@@ -1,12 +1,8 @@
 #include "server/scene_service.h"
 
-#include <spdlog/spdlog.h>
-
 #include "renderer/status.h"
 #include "server/digest.h"
-#include "server/request_id.h"
 #include "server/scene_name.h"
-#include "server/status.h"
 
 namespace halfshade {
 namespace {
@@ -21,17 +17,14 @@ absl::Status CheckDigest(const std::string& field, const std::string& digest) {
   return absl::InvalidArgumentError(field + ": \"" + digest.substr(0, 80) + "\"; must be 64 lower-case hex digits");
 }
 
-grpc::Status Finished(const char* rpc, grpc::CallbackServerContext* context, const absl::Status& status) {
-  const std::string id = NextRequestId();
-  if (!status.ok()) spdlog::info("{} {} {}", id, rpc, status.ToString());
-  return EndOfCall(status, id, context);
-}
-
 // Runs `work` on the pool and finishes the call with what it returns.
 template <typename Work>
-grpc::ServerUnaryReactor* OnPool(const char* rpc, CpuPool* pool, grpc::CallbackServerContext* context, Work work) {
+grpc::ServerUnaryReactor* OnPool(CallLog* log, const char* rpc, CpuPool* pool, grpc::CallbackServerContext* context,
+                                 Work work) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  pool->Run([rpc, reactor, context, work] { reactor->Finish(Finished(rpc, context, work())); });
+  pool->Run([log, call = CallLog::Begin(rpc, *context), reactor, context, work] {
+    reactor->Finish(log->End(call, work(), context));
+  });
   return reactor;
 }
 
@@ -39,9 +32,15 @@ grpc::ServerUnaryReactor* OnPool(const char* rpc, CpuPool* pool, grpc::CallbackS
 // before the commit leaves what came so far, to go on from.
 class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
  public:
-  Upload(Store* store, CpuPool* pool, const Limits& limits, grpc::CallbackServerContext* context,
+  Upload(Store* store, CpuPool* pool, CallLog* log, const Limits& limits, grpc::CallbackServerContext* context,
          v1::UploadBlobResponse* response)
-      : store_(store), pool_(pool), limits_(limits), context_(context), response_(response) {
+      : store_(store),
+        pool_(pool),
+        log_(log),
+        call_(CallLog::Begin("UploadBlob", *context)),
+        limits_(limits),
+        context_(context),
+        response_(response) {
     StartRead(&chunk_);
   }
 
@@ -56,7 +55,7 @@ class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
         return;
       }
       writer_.reset();  // on the pool: it may wait for the disk
-      Finish(Finished("UploadBlob", context_, status));
+      Finish(log_->End(call_, status, context_));
     });
   }
 
@@ -137,6 +136,8 @@ class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
 
   Store* store_;
   CpuPool* pool_;
+  CallLog* log_;
+  const CallLog::Call call_;
   const Limits limits_;
   grpc::CallbackServerContext* context_;
   v1::UploadBlobResponse* response_;
@@ -152,6 +153,7 @@ class Upload final : public grpc::ServerReadReactor<v1::UploadBlobRequest> {
 grpc::ServerUnaryReactor* SceneServiceImpl::FindMissingBlobs(grpc::CallbackServerContext* context,
                                                              const v1::FindMissingBlobsRequest* request,
                                                              v1::FindMissingBlobsResponse* response) {
+  const CallLog::Call call = CallLog::Begin("FindMissingBlobs", *context);
   const auto find = [&]() -> absl::Status {
     if (request->digests_size() > kMaxDigests) {
       return absl::InvalidArgumentError("digests: " + std::to_string(request->digests_size()) + "; at most " +
@@ -164,18 +166,19 @@ grpc::ServerUnaryReactor* SceneServiceImpl::FindMissingBlobs(grpc::CallbackServe
     return absl::OkStatus();
   };
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(Finished("FindMissingBlobs", context, find()));
+  reactor->Finish(log_->End(call, find(), context));
   return reactor;
 }
 
 grpc::ServerReadReactor<v1::UploadBlobRequest>* SceneServiceImpl::UploadBlob(grpc::CallbackServerContext* context,
                                                                              v1::UploadBlobResponse* response) {
-  return new Upload(store_, disk_pool_, limits_, context, response);
+  return new Upload(store_, disk_pool_, log_, limits_, context, response);
 }
 
 grpc::ServerUnaryReactor* SceneServiceImpl::QueryUpload(grpc::CallbackServerContext* context,
                                                         const v1::QueryUploadRequest* request,
                                                         v1::QueryUploadResponse* response) {
+  const CallLog::Call call = CallLog::Begin("QueryUpload", *context);
   const absl::Status status = CheckDigest("digest", request->digest());
   if (status.ok()) {
     const Store::Progress progress = store_->Query(request->digest());
@@ -183,14 +186,14 @@ grpc::ServerUnaryReactor* SceneServiceImpl::QueryUpload(grpc::CallbackServerCont
     response->set_complete(progress.is_complete);
   }
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(Finished("QueryUpload", context, status));
+  reactor->Finish(log_->End(call, status, context));
   return reactor;
 }
 
 grpc::ServerUnaryReactor* SceneServiceImpl::CreateScene(grpc::CallbackServerContext* context,
                                                         const v1::CreateSceneRequest* request,
                                                         v1::CreateSceneResponse* response) {
-  return OnPool("CreateScene", scene_pool_, context, [this, request, response]() -> absl::Status {
+  return OnPool(log_, "CreateScene", scene_pool_, context, [this, request, response]() -> absl::Status {
     ASSIGN_OR_RETURN(SceneCatalog::Created created, catalog_->Create(*request));
     *response->mutable_scene() = std::move(created.scene);
     response->set_existed(created.existed);
@@ -201,7 +204,7 @@ grpc::ServerUnaryReactor* SceneServiceImpl::CreateScene(grpc::CallbackServerCont
 grpc::ServerUnaryReactor* SceneServiceImpl::GetScene(grpc::CallbackServerContext* context,
                                                      const v1::GetSceneRequest* request,
                                                      v1::GetSceneResponse* response) {
-  return OnPool("GetScene", scene_pool_, context, [this, request, response]() -> absl::Status {
+  return OnPool(log_, "GetScene", scene_pool_, context, [this, request, response]() -> absl::Status {
     ASSIGN_OR_RETURN(*response->mutable_scene(), catalog_->Describe(request->name()));
     return absl::OkStatus();
   });
@@ -210,7 +213,7 @@ grpc::ServerUnaryReactor* SceneServiceImpl::GetScene(grpc::CallbackServerContext
 grpc::ServerUnaryReactor* SceneServiceImpl::ListScenes(grpc::CallbackServerContext* context,
                                                        const v1::ListScenesRequest* request,
                                                        v1::ListScenesResponse* response) {
-  return OnPool("ListScenes", scene_pool_, context, [this, request, response]() -> absl::Status {
+  return OnPool(log_, "ListScenes", scene_pool_, context, [this, request, response]() -> absl::Status {
     if (request->page_size() < 0 || request->page_size() > kMaxPage) {
       return absl::InvalidArgumentError("page_size: " + std::to_string(request->page_size()) + "; must be 0 to " +
                                         std::to_string(kMaxPage));
@@ -239,7 +242,8 @@ grpc::ServerUnaryReactor* SceneServiceImpl::ListScenes(grpc::CallbackServerConte
 grpc::ServerUnaryReactor* SceneServiceImpl::DeleteScene(grpc::CallbackServerContext* context,
                                                         const v1::DeleteSceneRequest* request,
                                                         v1::DeleteSceneResponse*) {
-  return OnPool("DeleteScene", disk_pool_, context, [this, request] { return catalog_->Delete(request->name()); });
+  return OnPool(log_, "DeleteScene", disk_pool_, context,
+                [this, request] { return catalog_->Delete(request->name()); });
 }
 
 }  // namespace halfshade

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "halfshade/v1/scene.grpc.pb.h"
+#include "server/call_log.h"
 #include "server/cpu_pool.h"
 #include "server/limits.h"
 #include "server/scene_catalog.h"
@@ -13,8 +14,9 @@ class SceneServiceImpl final : public v1::SceneService::CallbackService {
  public:
   // All outlive the service. Loading a scene takes seconds and writing a chunk milliseconds: `scene_pool` does what may
   // load, `disk_pool` the rest.
-  SceneServiceImpl(Store* store, SceneCatalog* catalog, CpuPool* scene_pool, CpuPool* disk_pool, const Limits& limits)
-      : store_(store), catalog_(catalog), scene_pool_(scene_pool), disk_pool_(disk_pool), limits_(limits) {}
+  SceneServiceImpl(Store* store, SceneCatalog* catalog, CpuPool* scene_pool, CpuPool* disk_pool, CallLog* log,
+                   const Limits& limits)
+      : store_(store), catalog_(catalog), scene_pool_(scene_pool), disk_pool_(disk_pool), log_(log), limits_(limits) {}
 
   grpc::ServerUnaryReactor* FindMissingBlobs(grpc::CallbackServerContext* context,
                                              const v1::FindMissingBlobsRequest* request,
@@ -37,6 +39,7 @@ class SceneServiceImpl final : public v1::SceneService::CallbackService {
   SceneCatalog* catalog_;
   CpuPool* scene_pool_;
   CpuPool* disk_pool_;
+  CallLog* log_;
   const Limits limits_;
 };
 

@@ -7,13 +7,16 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <mutex>
 #include <thread>
 
 #include "renderer/status.h"
+#include "server/call_log.h"
 #include "server/cpu_pool.h"
 #include "server/gl_worker_pool.h"
 #include "server/http.h"
 #include "server/light_data_store.h"
+#include "server/metrics.h"
 #include "server/render_service.h"
 #include "server/scene_catalog.h"
 #include "server/scene_service.h"
@@ -44,16 +47,16 @@ void SetLimits(const Limits& limits, v1::Limits* out) {
   out->set_render_reply_bytes(limits.render_reply_bytes);
 }
 
-void SetChannelLimits(const Limits& limits, grpc::ServerBuilder& builder) {
+void SetChannelLimits(const Limits& limits, const ConnectionTimes& times, grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(int(limits.message_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, int(limits.metadata_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, int(limits.streams_per_connection));
-  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, 600'000);
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, 60'000);
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, 300'000);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, times.handshake_ms);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, times.age_ms);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, times.age_grace_ms);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_IDLE_MS, times.idle_ms);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, times.keepalive_ms);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, times.keepalive_timeout_ms);
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);  // a second server on the port is an error, not a rival
   // One gzip message of zeros costs hundreds of MB before its size is known.
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
@@ -75,18 +78,28 @@ class WiredServer final : public Server {
 
   ~WiredServer() override {
     plant_.is_stopping = true;
-    is_ready_ = false;
+    TellHealth();
     if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
     queue_.Close();
     // First gRPC, then the contexts; then the pools that they hand results to, which may still tell them to forget a
     // scene.
-    server_.reset();
+    std::unique_ptr<grpc::Server> server;
+    {
+      const std::lock_guard lock(health_mutex_);
+      server.swap(server_);
+    }
+    server.reset();
     workers_.Join();
   }
 
   absl::Status Start() {
     if (options_.http != "off") {
-      ASSIGN_OR_RETURN(http_, HttpServer::Start(options_.http, &is_ready_));
+      ASSIGN_OR_RETURN(
+          http_, HttpServer::Start(options_.http, &is_ready_, [this] {
+            // Before the start is through there is nothing to sample.
+            const std::lock_guard lock(health_mutex_);
+            return metrics_.Text(server_ == nullptr ? std::vector<Metrics::Sample>() : server_service_->Samples());
+          }));
     }
     StoreOptions store_options;
     store_options.max_bytes = options_.scene_store_mb << 20;
@@ -96,7 +109,10 @@ class WiredServer final : public Server {
     if (!options_.scene_store_dir.empty() && options_.keeps_store) {
       light_data_store_ = std::make_unique<LightDataStore>(store_.get(), &disk_pool_);
     }
-    RETURN_IF_ERROR(workers_.Start(options_, &queue_, light_data_store_.get()));
+    RETURN_IF_ERROR(workers_.Start(options_, &queue_, light_data_store_.get(), [this](int lost) {
+      lost_contexts_ = lost;
+      TellHealth();
+    }));
     ASSIGN_OR_RETURN(catalog_, SceneCatalog::Open(store_.get(), &cache_, options_.limits));
     plant_.catalog = catalog_.get();
     plant_.slowness = workers_.Slowness();
@@ -104,11 +120,12 @@ class WiredServer final : public Server {
     plant_.encode_pool = &encode_pool_;
     plant_.in_flight = &in_flight_;
     plant_.results = &results_;
+    plant_.log = &log_;
     plant_.stream_stall = std::chrono::seconds(options_.stream_stall_s);
     plant_.queue = &queue_;
     plant_.limits = options_.limits;
-    scene_service_ =
-        std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &scene_pool_, &disk_pool_, options_.limits);
+    scene_service_ = std::make_unique<SceneServiceImpl>(store_.get(), catalog_.get(), &scene_pool_, &disk_pool_, &log_,
+                                                        options_.limits);
     render_service_ = std::make_unique<RenderServiceImpl>(&plant_);
     server_service_ = std::make_unique<ServerServiceImpl>(Describe(), &plant_, store_.get(), &cache_, &workers_);
     return Listen();
@@ -123,13 +140,21 @@ class WiredServer final : public Server {
   std::string http_address() const override { return http_ == nullptr ? "off" : http_->address(); }
 
   void Drain() override {
-    is_ready_ = false;
-    if (auto* health = server_->GetHealthCheckService(); health != nullptr) health->SetServingStatus(false);
+    is_draining_ = true;
+    TellHealth();
     std::this_thread::sleep_for(std::chrono::seconds(options_.lame_duck_s));
     server_->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(options_.grace_s));
   }
 
  private:
+  // SERVING while every context draws and nothing drains.
+  void TellHealth() {
+    const std::lock_guard lock(health_mutex_);
+    is_ready_ = server_ != nullptr && !is_draining_ && !plant_.is_stopping && lost_contexts_ == 0;
+    auto* health = server_ == nullptr ? nullptr : server_->GetHealthCheckService();
+    if (health != nullptr) health->SetServingStatus(is_ready_);
+  }
+
   v1::GetServerInfoResponse Describe() const {
     v1::GetServerInfoResponse info;
     info.set_version(HALFSHADE_VERSION);
@@ -153,14 +178,17 @@ class WiredServer final : public Server {
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
-    SetChannelLimits(options_.limits, builder);
+    SetChannelLimits(options_.limits, options_.connections, builder);
     int port = 0;
     const bool has_port = !options_.listen.empty();
     if (has_port) builder.AddListeningPort(options_.listen, grpc::InsecureServerCredentials(), &port);
     builder.RegisterService(scene_service_.get());
     builder.RegisterService(render_service_.get());
     builder.RegisterService(server_service_.get());
-    server_ = builder.BuildAndStart();
+    {
+      const std::lock_guard lock(health_mutex_);
+      server_ = builder.BuildAndStart();
+    }
     const bool is_unix = options_.listen.starts_with("unix:");
     if (server_ == nullptr || (has_port && port == 0)) {
       return absl::FailedPreconditionError("listen " + options_.listen + ": the address cannot be had");
@@ -169,13 +197,17 @@ class WiredServer final : public Server {
       grpc_address_ =
           is_unix ? options_.listen : options_.listen.substr(0, options_.listen.rfind(':') + 1) + std::to_string(port);
     }
-    is_ready_ = true;
+    TellHealth();
     return absl::OkStatus();
   }
 
   const ServerOptions options_;
+  std::mutex health_mutex_;  // over server_ where workers see it too
   std::atomic<bool> is_ready_{false};
-  std::unique_ptr<HttpServer> http_;
+  std::atomic<bool> is_draining_{false};
+  std::atomic<int> lost_contexts_{0};
+  Metrics metrics_;
+  CallLog log_{&metrics_};
   std::unique_ptr<Store> store_;
   std::unique_ptr<LightDataStore> light_data_store_;  // as workers and pools, which use it, need it
   SceneCache cache_;
@@ -194,6 +226,7 @@ class WiredServer final : public Server {
   std::unique_ptr<ServerServiceImpl> server_service_;
   std::unique_ptr<grpc::Server> server_;
   std::string grpc_address_;
+  std::unique_ptr<HttpServer> http_;  // asks all of the above
 };
 
 }  // namespace

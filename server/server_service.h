@@ -21,7 +21,12 @@ class ServerServiceImpl final : public v1::ServerService::CallbackService {
   grpc::ServerUnaryReactor* GetStatistics(grpc::CallbackServerContext* context, const v1::GetStatisticsRequest* request,
                                           v1::GetStatisticsResponse* response) override;
 
+  // What /metrics has beside counts of calls: sizes and caches as they are now.
+  std::vector<Metrics::Sample> Samples() const;
+
  private:
+  std::vector<CacheReport> Caches() const;
+
   const v1::GetServerInfoResponse info_;
   const RenderPlant* plant_;
   const Store* store_;

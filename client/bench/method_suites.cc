@@ -189,6 +189,11 @@ absl::StatusOr<Suite> MakeSsmSuite(const std::vector<std::string>& methods) {
       suite.cases.push_back(MakeCase({.scene = scene, .light_share = share, .receivers_alone = true}));
     }
   }
+  // With what shadows itself.
+  for (const char* scene : {"S2", "S5", "S6"}) {
+    suite.cases.push_back(MakeCase({.scene = scene}));
+    suite.cases.back().name += ", all pixels";
+  }
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(SsmSettings(), methods));
   ASSIGN_OR_RETURN(suite.curves, SsmCurves(methods));
   suite.effort.repetitions = 3;
@@ -219,7 +224,7 @@ absl::StatusOr<Suite> MakeSssmSuite(const std::vector<std::string>& methods, con
 
 absl::StatusOr<Suite> MakePdsmSuite(const std::vector<std::string>& methods, const std::string& scene_folder) {
   Suite suite;
-  for (const char* scene : {"S2", "S3", "S5"}) suite.cases.push_back(MakeCase({.scene = scene}));
+  for (const char* scene : {"S2", "S3", "S5", "S6"}) suite.cases.push_back(MakeCase({.scene = scene}));
   ASSIGN_OR_RETURN(const std::vector<Case> real, CasesOfViews(scene_folder, {"trees_masked", "garage"}));
   suite.cases.insert(suite.cases.end(), real.begin(), real.end());
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(PdsmSettings(), methods));

@@ -99,16 +99,30 @@ absl::StatusOr<std::unique_ptr<Context>> Context::Create(const ContextOptions& o
   return TryAll(options, attempts);
 }
 
+void Context::InjectError(unsigned error, int checks) {
+  injected_error_ = error;
+  checks_to_injected_error_ = checks;
+}
+
+unsigned Context::TakeInjectedError() const {
+  if (checks_to_injected_error_ < 0) return GL_NO_ERROR;
+  return checks_to_injected_error_.fetch_sub(1) == 0 ? injected_error_.load() : unsigned(GL_NO_ERROR);
+}
+
 absl::Status Context::Check(const char* pass) const {
-  const GLenum error = gl_->GetError();
+  GLenum error = gl_->GetError();
+  if (error == GL_NO_ERROR) error = TakeInjectedError();
   const std::string debug_error = std::exchange(first_debug_error_, {});
+  const bool tells_reset = gl_->GetGraphicsResetStatus != nullptr;
+  if (error == GL_CONTEXT_LOST || (tells_reset && gl_->GetGraphicsResetStatus() != GL_NO_ERROR)) is_lost_ = true;
+  if (is_lost_) return absl::UnavailableError(std::string(pass) + ": the GL context is lost");
   if (error == GL_NO_ERROR && debug_error.empty()) return absl::OkStatus();
   for (int i = 0; i < 16 && gl_->GetError() != GL_NO_ERROR; ++i) {
   }
   std::string message = std::string(pass) + ": ";
   if (error != GL_NO_ERROR) message += ErrorName(error);
   if (!debug_error.empty()) message += (error != GL_NO_ERROR ? ": " : "") + debug_error;
-  return absl::InternalError(message);
+  return error == GL_OUT_OF_MEMORY ? absl::ResourceExhaustedError(message) : absl::InternalError(message);
 }
 
 std::vector<DoctorLine> Diagnose() {

@@ -6,6 +6,7 @@
 
 #include <absl/status/statusor.h>
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -39,9 +40,16 @@ class Context {
   const std::string& description() const { return description_; }  // "EGL device 0 (EGL_MESA_device_software)"
   bool IsSoftware() const { return is_software_; }                 // llvmpipe or softpipe
 
-  // The one error check: glGetError, and the first KHR_debug error message since the last call. `pass` names the pass
-  // in the INTERNAL error. Call once per pass, in every build.
+  // The one error check: glGetError, the first KHR_debug error message since the last call, and the reset status where
+  // the driver tells it. `pass` names the pass in the error: INTERNAL; RESOURCE_EXHAUSTED where GL is out of memory;
+  // UNAVAILABLE from a loss of the context on, after which only its destructor makes sense. Once a pass, in every
+  // build.
   absl::Status Check(const char* pass) const;
+  bool IsLost() const { return is_lost_; }
+
+  // Fault injection, from any thread: Check reports `error` (GL_OUT_OF_MEMORY, GL_CONTEXT_LOST, ...), once, after
+  // `checks` more that it does not touch.
+  void InjectError(unsigned error, int checks = 0);
 
  protected:
   Context();
@@ -56,6 +64,13 @@ class Context {
   std::string description_;
   bool is_software_ = false;
   mutable std::string first_debug_error_;
+
+ private:
+  unsigned TakeInjectedError() const;
+
+  mutable std::atomic<bool> is_lost_{false};
+  std::atomic<unsigned> injected_error_{0};
+  mutable std::atomic<int> checks_to_injected_error_{-1};  // -1: none is to come
 };
 
 // One line per thing tried, for `halfshade doctor`.

@@ -83,10 +83,21 @@ class EglContext : public Context {
     EGLConfig config = nullptr;
     EGLint count = 0;
     if (egl.ChooseConfig(display, config_wish, &config, 1, &count) != EGL_TRUE || count == 0) config = nullptr;
-    const EGLint wish[] = {
-        EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 5, EGL_CONTEXT_OPENGL_PROFILE_MASK,
-        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    // The last pair, a loss that is told, is more than software drivers give.
+    EGLint wish[] = {EGL_CONTEXT_MAJOR_VERSION,
+                     4,
+                     EGL_CONTEXT_MINOR_VERSION,
+                     5,
+                     EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                     EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                     EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                     EGL_LOSE_CONTEXT_ON_RESET,
+                     EGL_NONE};
     context->context_ = egl.CreateContext(display, config, EGL_NO_CONTEXT, wish);
+    if (context->context_ == EGL_NO_CONTEXT) {
+      wish[6] = EGL_NONE;
+      context->context_ = egl.CreateContext(display, config, EGL_NO_CONTEXT, wish);
+    }
     if (context->context_ == EGL_NO_CONTEXT) return EglFailure(egl, "eglCreateContext(4.5 core)");
     RETURN_IF_ERROR(context->MakeCurrent());
     RETURN_IF_ERROR(context->Load(egl.GetProcAddress));

@@ -29,6 +29,7 @@ absl::StatusOr<Buffer> Buffer::Create(const Context& context, const void* data, 
   Buffer buffer(context, id);
   context.gl().NamedBufferStorage(id, GLsizeiptr(size_bytes), data, 0);
   if (const absl::Status status = context.Check("creating a buffer"); !status.ok()) {
+    if (!absl::IsResourceExhausted(status)) return status;
     return absl::ResourceExhaustedError("GL has no room for a buffer of " + std::to_string(size_bytes) +
                                         " bytes: " + std::string(status.message()));
   }

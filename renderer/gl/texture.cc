@@ -46,6 +46,13 @@ Format Describe(GLenum format) {
 absl::StatusOr<Texture> Texture::Create(const Context& context, GLenum target, GLenum format, int width, int height,
                                         int layers, int levels) {
   const GladGLContext& gl = context.gl();
+  GLint most = 0;
+  gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
+  if (width > most || height > most) {
+    return absl::ResourceExhaustedError("GL has no room for a texture of " + std::to_string(width) + "x" +
+                                        std::to_string(height) + " texels: at most " + std::to_string(most) +
+                                        " a side here");
+  }
   GLuint id = 0;
   gl.CreateTextures(target, 1, &id);
   Texture texture(context, id);
@@ -59,6 +66,7 @@ absl::StatusOr<Texture> Texture::Create(const Context& context, GLenum target, G
     gl.TextureStorage3D(id, levels, format, width, height, layers);
   }
   if (const absl::Status status = context.Check("creating a texture"); !status.ok()) {
+    if (!absl::IsResourceExhausted(status)) return status;
     return absl::ResourceExhaustedError("GL has no room for a texture of " + std::to_string(texture.size_bytes_) +
                                         " bytes: " + std::string(status.message()));
   }

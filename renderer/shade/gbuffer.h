@@ -36,8 +36,9 @@ struct GBufferChannels {
 // What kObjectId says where the ground is seen.
 uint32_t GroundId(const FlatScene& scene);
 
-// Draws what the camera may see of every visible instance, and the request's ground, nearest first in depth, back faces culled but on double-sided
-// materials, masked ones only where they are. Needs SceneOnContext::NeedTextures for channels.materials and for masks.
+// Draws what the camera may see of every visible instance, and the request's ground, nearest first in depth, back faces
+// culled but on double-sided materials, masked ones only where they are. Needs SceneOnContext::NeedTextures for
+// channels.materials and for masks.
 absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& scene, const SceneOnContext& on_context,
                                     const Pose& pose, const RenderRequest& request, GBufferChannels channels);
 

@@ -79,6 +79,11 @@ const std::vector<Room> kRooms = {
       "renderer/plan/", "renderer/renderer.h", "renderer/scene/flat_scene.h", "renderer/scene/pose.h",
       "renderer/scene_loader/"}},
     {"client/", {"halfshade/v1/", "server/digest.h", "server/scene_name.h"}},
+    {"client/output_file.h", {"server/file_operations.h"}},
+    {"client/batch/",
+     {"client/", "halfshade/v1/", "server/digest.h", "server/file_operations.h", "server/scene_name.h"}},
+    {"client/batch/item_geometry", {"halfshade/v1/", "server/validate_field.h"}},  // what the server makes of it
+    {"client/commands_batch.cc", {"halfshade/v1/", "client/batch/", "server/scene_name.h"}},
     {"client/bench/",
      {"client/", "halfshade/v1/", "renderer/image/", "server/digest.h", "server/encode.h", "server/scene_name.h",
       "tests/support/scene_makers.h"}},

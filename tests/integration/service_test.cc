@@ -13,17 +13,14 @@
 #include <mutex>
 #include <thread>
 
-#include "client/glb_writer.h"
 #include "halfshade/v1/render.grpc.pb.h"
 #include "halfshade/v1/scene.grpc.pb.h"
 #include "halfshade/v1/server.grpc.pb.h"
 #include "server/digest.h"
 #include "server/http.h"
 #include "server/scene_name.h"
-#include "server/server.h"
 #include "server/status.h"
-#include "tests/support/flat_scene_builder.h"
-#include "tests/support/status_matchers.h"
+#include "tests/integration/service_fixture.h"
 
 namespace halfshade {
 namespace {
@@ -31,10 +28,6 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
-
-// How long each render takes, and how many have begun.
-std::atomic<int> render_ms{0};
-std::atomic<int> renders_begun{0};
 
 // Of a GET to 127.0.0.1, or 0 without an answer.
 int HttpStatus(const std::string& port, const std::string& path) {
@@ -54,121 +47,6 @@ int HttpStatus(const std::string& port, const std::string& path) {
   close(connection);
   return status;
 }
-
-class FakeRenderer : public Renderer {
- public:
-  absl::StatusOr<RenderResult> Render(const std::string&, const FlatScene&, const RenderRequest& request,
-                                      const StopCheck& stop) override {
-    ++renders_begun;
-    const auto begin = Clock::now();
-    do {
-      if (const absl::Status status = stop(); !status.ok()) return status;
-      std::this_thread::sleep_for(1ms);
-    } while (Clock::now() < begin + std::chrono::milliseconds(render_ms));
-    RenderResult result;
-    for (const OutputKind kind : request.outputs) {
-      result.images.push_back(
-          {kind, Image(request.width, request.height, kind == OutputKind::kFrame ? 4 : int(request.lights.size()))});
-    }
-    result.report.method = "multi_map";
-    return result;
-  }
-  // Of each point and light: its place in the answer.
-  absl::StatusOr<QueryResult> QueryVisibility(const std::string&, const FlatScene&, const RenderRequest& request,
-                                              const QueryPoints& points, const StopCheck& stop) override {
-    const auto begin = Clock::now();
-    do {
-      if (const absl::Status status = stop(); !status.ok()) return status;
-      std::this_thread::sleep_for(1ms);
-    } while (Clock::now() < begin + std::chrono::milliseconds(render_ms));
-    QueryResult result;
-    for (size_t i = 0; i < points.points_ws.size() * request.lights.size(); ++i) {
-      result.visibility.push_back(float(i));
-    }
-    result.report.method = "ray";
-    return result;
-  }
-  void ForgetScene(const std::string&) override {}
-};
-
-class ServiceTest : public testing::Test {
- protected:
-  void SetUp() override {
-    render_ms = 0;
-    renders_begun = 0;
-    options_.listen = "127.0.0.1:0";
-    options_.limits.queue = 2;
-    options_.grace_s = 5;
-    options_.renderer_factory = [] {
-      return WorkerRenderer{nullptr, std::make_unique<FakeRenderer>(), "fake", "0", "fake"};
-    };
-    Start();
-  }
-  void Start() {
-    auto server = Server::Start(options_);
-    ASSERT_OK(server);
-    server_ = *std::move(server);
-    channel_ = grpc::CreateChannel(server_->grpc_address(), grpc::InsecureChannelCredentials());
-    scenes_ = v1::SceneService::NewStub(channel_);
-    renders_ = v1::RenderService::NewStub(channel_);
-  }
-
-  grpc::Status Upload(const std::string& bytes, const std::string& digest, size_t chunk = 1000) {
-    grpc::ClientContext context;
-    v1::UploadBlobResponse response;
-    auto writer = scenes_->UploadBlob(&context, &response);
-    for (size_t at = 0; at < bytes.size(); at += chunk) {
-      v1::UploadBlobRequest request;
-      request.set_digest(digest);
-      request.set_size_bytes(bytes.size());
-      request.set_offset_bytes(at);
-      request.set_data(bytes.substr(at, chunk));
-      if (!writer->Write(request)) break;
-    }
-    writer->WritesDone();
-    return writer->Finish();
-  }
-
-  // Uploads a plate and makes a scene of it; its name.
-  std::string MakeScene() {
-    const std::string glb = WriteGlb({MakePlate({0, 0, 0}, 1, 1)});
-    EXPECT_TRUE(Upload(glb, Sha256Hex(glb)).ok());
-    grpc::ClientContext context;
-    v1::CreateSceneRequest request;
-    request.set_root_digest(Sha256Hex(glb));
-    v1::CreateSceneResponse response;
-    const grpc::Status status = scenes_->CreateScene(&context, request, &response);
-    EXPECT_TRUE(status.ok()) << status.error_message();
-    EXPECT_EQ(response.scene().triangles(), 2u);
-    return response.scene().name();
-  }
-
-  // No two are alike: identical requests would be one.
-  v1::RenderRequest Request(const std::string& scene) {
-    v1::RenderRequest request;
-    request.set_seed(++seed_);
-    request.set_scene(scene);
-    request.set_width(16);
-    request.set_height(16);
-    return request;
-  }
-
-  grpc::Status Render(const v1::RenderRequest& request, grpc::ClientContext* context) {
-    v1::RenderResponse response;
-    return renders_->Render(context, request, &response);
-  }
-  grpc::Status Render(const v1::RenderRequest& request) {
-    grpc::ClientContext context;
-    return Render(request, &context);
-  }
-
-  uint32_t seed_ = 0;
-  ServerOptions options_;
-  std::unique_ptr<Server> server_;
-  std::shared_ptr<grpc::Channel> channel_;
-  std::unique_ptr<v1::SceneService::Stub> scenes_;
-  std::unique_ptr<v1::RenderService::Stub> renders_;
-};
 
 TEST_F(ServiceTest, ASceneGoesUpAndAFrameComesDown) {
   const std::string scene = MakeScene();
@@ -502,7 +380,7 @@ TEST_F(ServiceTest, InfoEchoesTheLimitsThatFlagsSet) {
 
 TEST(HttpTest, ReadinessFollowsTheFlagAndLivenessDoesNot) {
   std::atomic<bool> is_ready{false};
-  auto http = HttpServer::Start("127.0.0.1:0", &is_ready);
+  auto http = HttpServer::Start("127.0.0.1:0", &is_ready, [] { return std::string("halfshade_up 1\n"); });
   ASSERT_OK(http);
   const std::string port = (*http)->address().substr((*http)->address().rfind(':') + 1);
   EXPECT_EQ(HttpStatus(port, "/livez"), 200);

@@ -60,10 +60,11 @@ TEST_F(CommandLineTest, AFolderThatIsNotThereExitsWith74BeforeAnythingIsRendered
   Expect(74, "none/a.png", {"render", "scene.gltf", "-o", "none/a.png"});
 }
 
-TEST_F(CommandLineTest, CommandsOfLaterVersionsSaySoAndExitWith69) {
-  for (const char* command : {"batch", "sample"}) {
-    Expect(69, std::string(command) + " is not available", {command, "a", "--flag", "b"});
-  }
+TEST_F(CommandLineTest, ASampleNeedsATemplateThatMakesLines) {
+  Expect(64, "TEMPLATE", {"sample"});
+  Expect(66, "absent.json", {"sample", "absent.json"});
+  folder_.Write("t.json", R"({"id": "t", "scene": "scene.gltf", "width": {"$uniform": [2, 1]}})");
+  Expect(65, "t.json: /width/$uniform: must be [a, b]", {"sample", "t.json"});
 }
 
 TEST_F(CommandLineTest, AQueryNeedsItsPoints) {

@@ -6,8 +6,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <utility>
 
 #include "tests/client/temporary_folder.h"
 
@@ -36,7 +39,12 @@ pid_t Spawn(const std::string& binary, const std::vector<std::string>& arguments
   return error == 0 ? pid : -1;
 }
 
-int Wait(pid_t pid) {
+bool IsRunning(pid_t pid) {
+  siginfo_t info{};
+  return pid > 0 && waitid(P_PID, static_cast<id_t>(pid), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == 0;
+}
+
+int WaitFor(pid_t pid) {
   int status = 0;
   if (pid < 0 || waitpid(pid, &status, 0) != pid) return -1;
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -53,10 +61,32 @@ Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& f
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, (streams / "out").c_str(), O_WRONLY | O_CREAT, 0600);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, (streams / "err").c_str(), O_WRONLY | O_CREAT, 0600);
   Ran ran;
-  ran.exit_code = Wait(Spawn(HALFSHADE_BINARY, arguments, &actions));
+  ran.exit_code = WaitFor(Spawn(HALFSHADE_BINARY, arguments, &actions));
   ran.out = ReadAll(streams / "out");
   ran.err = ReadAll(streams / "err");
   return ran;
+}
+
+ClientProcess::ClientProcess(const std::vector<std::string>& arguments, const std::string& folder) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
+  }
+  pid_ = Spawn(HALFSHADE_BINARY, arguments, &actions);
+}
+
+ClientProcess::~ClientProcess() { Kill(); }
+
+bool ClientProcess::IsAlive() const { return IsRunning(pid_); }
+
+int ClientProcess::Wait() { return WaitFor(std::exchange(pid_, -1)); }
+
+void ClientProcess::Kill() {
+  if (pid_ < 0) return;
+  kill(pid_, SIGKILL);
+  Wait();
 }
 
 ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
@@ -65,7 +95,10 @@ ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, out[1], STDOUT_FILENO);
-  std::vector<std::string> all = {"--listen", "127.0.0.1:0", "--http", "off"};
+  std::vector<std::string> all = {"--http", "off"};
+  if (std::find(arguments.begin(), arguments.end(), "--listen") == arguments.end()) {
+    all.insert(all.end(), {"--listen", "127.0.0.1:0"});
+  }
   all.insert(all.end(), arguments.begin(), arguments.end());
   pid_ = Spawn(HALFSHADED_BINARY, all, &actions);
   close(out[1]);
@@ -82,25 +115,37 @@ ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
 
 ServerProcess::~ServerProcess() { Stop(); }
 
-bool ServerProcess::IsAlive() const {
-  siginfo_t info{};
-  return pid_ > 0 && waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
-         info.si_pid == 0;
+bool ServerProcess::IsAlive() const { return IsRunning(pid_); }
+
+void ServerProcess::Signal(int signal) const {
+  if (pid_ > 0) kill(pid_, signal);
+}
+
+int ServerProcess::Wait() {
+  if (pid_ < 0) return -1;
+  const int exit_code = WaitFor(pid_);
+  pid_ = -1;
+  return exit_code;
 }
 
 int ServerProcess::Stop() {
-  if (pid_ < 0) return -1;
-  kill(pid_, SIGTERM);
-  const int exit_code = Wait(pid_);
-  pid_ = -1;
-  return exit_code;
+  Signal(SIGTERM);
+  return Wait();
+}
+
+double ServerProcess::PeakMemoryMb() const {
+  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+  for (std::string word; status >> word;) {
+    double kb = 0;
+    if (word == "VmHWM:" && status >> kb) return kb / 1e3;
+  }
+  return 0;
 }
 
 void ServerProcess::Kill() {
   if (pid_ < 0) return;
   kill(pid_, SIGKILL);
-  Wait(pid_);
-  pid_ = -1;
+  Wait();
 }
 
 }  // namespace halfshade

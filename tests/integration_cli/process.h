@@ -17,7 +17,24 @@ struct Ran {
 // `halfshade` with these arguments, in `folder`, without HALFSHADE_SERVER. stdin is /dev/null, nothing is a terminal.
 Ran RunHalfshade(const std::vector<std::string>& arguments, const std::string& folder);
 
-// A `halfshaded` on a port of its own, with these arguments beside. Ends with SIGTERM.
+// `halfshade`, running beside the test. stdin, stdout and stderr are /dev/null. Ends with SIGKILL.
+class ClientProcess {
+ public:
+  ClientProcess(const std::vector<std::string>& arguments, const std::string& folder);
+  ~ClientProcess();
+  ClientProcess(const ClientProcess&) = delete;
+  ClientProcess& operator=(const ClientProcess&) = delete;
+
+  bool IsAlive() const;
+  // Until it ends; the exit code.
+  int Wait();
+  void Kill();
+
+ private:
+  pid_t pid_ = -1;
+};
+
+// A `halfshaded` with these arguments, on a port of its own where they do not say --listen. Ends with SIGTERM.
 class ServerProcess {
  public:
   explicit ServerProcess(const std::vector<std::string>& arguments = {});
@@ -29,6 +46,11 @@ class ServerProcess {
   bool IsAlive() const;
   // Sends SIGTERM and waits; the exit code.
   int Stop();
+  void Signal(int signal) const;
+  // Waits for its end; the exit code.
+  int Wait();
+  // VmHWM.
+  double PeakMemoryMb() const;
   // SIGKILL: no handler, no destructor, no flush.
   void Kill();
 

@@ -21,7 +21,10 @@ using testing::HasSubstr;
 
 RenderJob Job(
     uint64_t id, std::function<void()> work = [] {}) {
-  return {id, [work](WorkerRenderer&) { work(); }};
+  return {.id = id, .run = [work](WorkerRenderer&) {
+            work();
+            return absl::OkStatus();
+          }};
 }
 
 TEST(RenderQueueTest, AFullQueueRefusesWithPushback) {
@@ -61,6 +64,72 @@ TEST(RenderQueueTest, AClosedQueueGivesOutWhatWaitsAndTakesNothing) {
   EXPECT_THAT(queue.Push(Job(2), 1s), StatusIs(absl::StatusCode::kUnavailable, HasSubstr("draining")));
   EXPECT_EQ(queue.Pop()->id, 1u);
   EXPECT_FALSE(queue.Pop().has_value());
+}
+
+RenderJob JobOf(uint64_t id, const std::string& principal, const std::string& affinity = "") {
+  RenderJob job = Job(id);
+  job.principal = principal;
+  job.affinity = affinity;
+  return job;
+}
+
+std::vector<uint64_t> PopAll(RenderQueue* queue, std::string affinity = "") {
+  std::vector<uint64_t> order;
+  while (queue->waiting() > 0) {
+    const auto job = queue->Pop([] { return false; }, 1h, affinity);
+    order.push_back(job->id);
+    affinity = job->affinity;
+  }
+  return order;
+}
+
+TEST(RenderQueueTest, PrincipalsTakeTurns) {
+  RenderQueue queue(10, 1);
+  for (uint64_t id = 1; id <= 4; ++id) EXPECT_OK(queue.Push(JobOf(id, "greedy"), 10s));
+  EXPECT_OK(queue.Push(JobOf(5, "modest"), 10s));
+  EXPECT_EQ(PopAll(&queue), (std::vector<uint64_t>{1, 5, 2, 3, 4}));
+}
+
+TEST(RenderQueueTest, AModestPrincipalsWaitIsNotThatOfTheGreedyOnesJobs) {
+  RenderQueue queue(100, 1);
+  EXPECT_OK(queue.Push(JobOf(1, "greedy"), 10s));
+  queue.Pop();
+  queue.Report(1s);
+  for (uint64_t id = 2; id <= 20; ++id) EXPECT_OK(queue.Push(JobOf(id, "greedy"), 100s));
+  EXPECT_OK(queue.Push(JobOf(21, "modest"), 1.5s)) << "one of the other's is before it";
+  EXPECT_THAT(queue.Push(JobOf(22, "greedy"), 1.5s), StatusIs(absl::StatusCode::kResourceExhausted, testing::_));
+}
+
+TEST(RenderQueueTest, InAFullQueueTheGreedyOnesNewestJobMakesRoomUpToAnEqualShare) {
+  RenderQueue queue(4, 1);
+  std::vector<uint64_t> refused;
+  const auto push = [&](uint64_t id, const std::string& principal) {
+    RenderJob job = JobOf(id, principal);
+    job.refuse = [&refused, id](const absl::Status& status) {
+      EXPECT_THAT(status, StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("the queue is full: 4")));
+      EXPECT_NE(PushbackMs(status), "");
+      refused.push_back(id);
+    };
+    return queue.Push(std::move(job), 10s);
+  };
+  for (uint64_t id = 1; id <= 4; ++id) EXPECT_OK(push(id, "greedy"));
+  EXPECT_OK(push(5, "modest"));
+  EXPECT_OK(push(6, "modest"));
+  EXPECT_EQ(refused, (std::vector<uint64_t>{4, 3}));
+  EXPECT_THAT(push(7, "modest"), StatusIs(absl::StatusCode::kResourceExhausted, testing::_)) << "it has its half";
+  EXPECT_THAT(push(8, "greedy"), StatusIs(absl::StatusCode::kResourceExhausted, testing::_));
+  EXPECT_EQ(PopAll(&queue), (std::vector<uint64_t>{1, 5, 2, 6}));
+}
+
+TEST(RenderQueueTest, JobsOfOneAffinityGoTogetherButNobodyIsOvertakenForEver) {
+  RenderQueue queue(100, 1);
+  EXPECT_OK(queue.Push(JobOf(1, "", "a"), 10s));
+  EXPECT_OK(queue.Push(JobOf(2, "", "b"), 10s));
+  EXPECT_OK(queue.Push(JobOf(3, "", "a"), 10s));
+  EXPECT_EQ(PopAll(&queue), (std::vector<uint64_t>{1, 3, 2}));
+  EXPECT_OK(queue.Push(JobOf(1, "", "b"), 10s));
+  for (uint64_t id = 2; id <= 20; ++id) EXPECT_OK(queue.Push(JobOf(id, "", "a"), 10s));
+  EXPECT_EQ(PopAll(&queue, "a")[8], 1u);
 }
 
 TEST(GlWorkerTest, RunsEveryJobOnceAcrossWorkers) {
@@ -130,6 +199,104 @@ TEST(GlWorkerTest, ForgetsAtOnceWhenIdleAndAfterTheJobWhenBusy) {
   ASSERT_EQ((*worker)->Caches().size(), 1u);
   EXPECT_EQ((*worker)->Caches()[0].bytes, 2u);
   (*worker)->ForgetScene("scenes/a");  // too late, and harmless
+}
+
+// Fails its canary when it is told to.
+class MortalRenderer : public ForgetfulRenderer {
+ public:
+  MortalRenderer(std::atomic<int>* forgotten, std::atomic<bool>* is_lost)
+      : ForgetfulRenderer(forgotten), is_lost_(is_lost) {}
+  absl::Status CheckCanary() override {
+    return is_lost_->exchange(false) ? absl::UnavailableError("lost") : absl::OkStatus();
+  }
+
+ private:
+  std::atomic<bool>* is_lost_;
+};
+
+struct MortalFactory {
+  std::atomic<int> calls{0}, forgotten{0}, lost_now{0}, lost_ever{0};
+  std::atomic<int> failures_to_come{0};
+  std::atomic<bool> is_lost{false};
+
+  absl::StatusOr<std::unique_ptr<GlWorker>> StartWorker(RenderQueue* queue, std::chrono::milliseconds canary) {
+    ContextWatch watch;
+    watch.canary = canary;
+    watch.on_health = [this](bool is_well) {
+      lost_now += is_well ? -1 : 1;
+      if (!is_well) ++lost_ever;
+    };
+    return GlWorker::Start(
+        [this]() -> absl::StatusOr<WorkerRenderer> {
+          if (calls++ > 0 && failures_to_come > 0) {
+            --failures_to_come;
+            return absl::FailedPreconditionError("no GL");
+          }
+          return WorkerRenderer{nullptr, std::make_unique<MortalRenderer>(&forgotten, &is_lost), "fake", "0", "fake"};
+        },
+        queue, watch);
+  }
+};
+
+bool Becomes(const std::atomic<int>& value, int wanted) {
+  for (int i = 0; i < 5000 && value != wanted; ++i) std::this_thread::sleep_for(1ms);
+  return value == wanted;
+}
+
+TEST(GlWorkerTest, AContextThatDrawsNoMoreIsMadeAnewUntilThatSucceeds) {
+  MortalFactory factory;
+  RenderQueue queue(10, 1);
+  const auto worker = factory.StartWorker(&queue, 1h);
+  ASSERT_OK(worker);
+  factory.is_lost = true;
+  factory.failures_to_come = 2;
+  RenderJob job = Job(1);
+  job.run = [](WorkerRenderer&) { return absl::UnavailableError("lost"); };
+  EXPECT_OK(queue.Push(std::move(job), 10s));
+  EXPECT_TRUE(Becomes(factory.calls, 4)) << "the start, two failures and a success";
+  EXPECT_TRUE(Becomes(factory.lost_now, 0));
+  EXPECT_EQ(factory.lost_ever, 1);
+  std::atomic<int> runs{0};
+  EXPECT_OK(queue.Push(Job(2, [&] { ++runs; }), 10s));
+  EXPECT_TRUE(Becomes(runs, 1));
+  queue.Close();
+}
+
+TEST(GlWorkerTest, AnIdleContextShowsItsCanary) {
+  MortalFactory factory;
+  RenderQueue queue(10, 1);
+  const auto worker = factory.StartWorker(&queue, 5ms);
+  ASSERT_OK(worker);
+  std::this_thread::sleep_for(30ms);
+  EXPECT_EQ(factory.calls, 1) << "it draws";
+  factory.is_lost = true;
+  EXPECT_TRUE(Becomes(factory.calls, 2));
+  queue.Close();
+}
+
+TEST(GlWorkerTest, AFailedJobWithoutALossKeepsItsContext) {
+  MortalFactory factory;
+  RenderQueue queue(10, 1);
+  auto worker = factory.StartWorker(&queue, 1h);
+  ASSERT_OK(worker);
+  RenderJob job = Job(1);
+  job.run = [](WorkerRenderer&) { return absl::InternalError("a shader's fault"); };
+  EXPECT_OK(queue.Push(std::move(job), 10s));
+  queue.Close();
+  (*worker)->Join();
+  EXPECT_EQ(factory.calls, 1);
+  EXPECT_EQ(factory.lost_ever, 0);
+}
+
+TEST(GlWorkerTest, EndsWhileNoContextCanBeHad) {
+  MortalFactory factory;
+  RenderQueue queue(10, 1);
+  const auto worker = factory.StartWorker(&queue, 1ms);
+  ASSERT_OK(worker);
+  factory.failures_to_come = 1 << 20;
+  factory.is_lost = true;
+  EXPECT_TRUE(Becomes(factory.lost_now, 1));
+  queue.Close();
 }
 
 TEST(GlWorkerTest, AFactoryThatFailsIsTheStartsError) {

@@ -19,7 +19,9 @@ class FaultFiles : public FileOperations {
   }
   bool has_failed() const { return has_failed_; }
 
-  int Open(const std::string& path, int flags) override { return Fails() ? -1 : FileOperations::Open(path, flags); }
+  int Open(const std::string& path, int flags, mode_t mode) override {
+    return Fails() ? -1 : FileOperations::Open(path, flags, mode);
+  }
   ssize_t Read(int file, void* bytes, size_t size, off_t offset) override {
     return Fails() ? -1 : FileOperations::Read(file, bytes, size, offset);
   }

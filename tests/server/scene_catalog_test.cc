@@ -36,7 +36,7 @@ class GateFiles : public FileOperations {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return waiting_ > 0; });
   }
-  int Open(const std::string& path, int flags) override {
+  int Open(const std::string& path, int flags, mode_t mode) override {
     {
       std::unique_lock lock(mutex_);
       if (!held_.empty() && path.ends_with(held_)) {
@@ -46,7 +46,7 @@ class GateFiles : public FileOperations {
         --waiting_;
       }
     }
-    return FileOperations::Open(path, flags);
+    return FileOperations::Open(path, flags, mode);
   }
 
  private:

@@ -99,8 +99,14 @@ TEST(ShaftReportTest, TheSparseFormDrawsLessAndIsNoWorse) {
     EXPECT_LT(double(drawn[1]), 0.9 * double(drawn[0])) << name;
     EXPECT_LT(error[1], error[0]) << name;
     EXPECT_LT(p999[1], 1.1 * p999[0]) << name;
-    // As good a guess as the dense form's.
-    EXPECT_NEAR((predicted[1] / error[1]) / (predicted[0] / error[0]), 1, 0.25) << name;
+    for (const bool is_sparse : {false, true}) {
+      const double ratio = predicted[is_sparse] / error[is_sparse];
+      std::printf("%s, %s: %.2f of the error was predicted\n", name, is_sparse ? "sparse" : "dense", ratio);
+      // Interpolated neighbours share their samples, so that the picture says nothing of them: what the samples say
+      // alone errs upwards (picture_error.h).
+      EXPECT_GT(ratio, is_sparse ? 1 : 0.5) << name;
+      EXPECT_LT(ratio, is_sparse ? 3 : 2) << name;
+    }
   }
 }
 
