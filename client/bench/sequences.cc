@@ -1,5 +1,6 @@
 #include "client/bench/sequences.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
@@ -11,6 +12,7 @@
 #include <random>
 #include <utility>
 
+#include "client/bench/reference.h"
 #include "client/bench/shot.h"
 #include "client/bench/statistics.h"
 #include "renderer/status.h"
@@ -21,9 +23,7 @@ namespace {
 constexpr int kReplies = 21;
 constexpr double kOrbitStep = 6 * M_PI / 180;
 
-double WithoutEncoding(const v1::Timing& timing) {
-  return timing.total_ms() - timing.encode_ms() - timing.digest_ms();
-}
+double WithoutEncoding(const v1::Timing& timing) { return timing.total_ms() - timing.encode_ms() - timing.digest_ms(); }
 
 // The camera turned around its target's upright axis, and lifted.
 void TurnCamera(double angle, double lift, v1::RenderRequest* request) {
@@ -55,43 +55,45 @@ v1::RenderRequest FrameRequest(const Case& bench_case) {
 }
 
 // Mean |error| over shadowed pixels, against rays.
-absl::StatusOr<double> ErrorOf(Client& client, const v1::RenderRequest& frame, const Image& tested, uint32_t rays) {
-  v1::RenderRequest request = frame;
-  request.clear_budget();
-  request.mutable_method()->mutable_ray()->set_rays(rays);
-  request.set_seed(frame.seed() + 1);
-  ASSIGN_OR_RETURN(const Shot truth, Shoot(client, request));
-  // What does not face the light is dark in both: it adds nothing to the sum, and is no part of the mean.
-  request.mutable_method()->mutable_ray()->set_rays(1);
-  ASSIGN_OR_RETURN(const v1::Scene scene, client.GetScene(frame.scene()));
-  for (int i = 0; i < scene.nodes_size(); ++i) {
-    v1::NodeOverride* node = request.add_node_overrides();
-    node->set_index(uint32_t(i));
-    node->set_casts(false);
-  }
-  ASSIGN_OR_RETURN(const Shot facing, Shoot(client, request));
-  ASSIGN_OR_RETURN(const ImageError error, Compare(truth.visibility, tested, &facing.visibility));
+absl::StatusOr<double> ErrorOf(Client& client, const SequencePlan& plan, size_t frame, const v1::Scene& scene,
+                               const Image& tested) {
+  Case bench_case{.name = plan.name, .files = plan.files, .request = plan.frames[frame]};
+  bench_case.request.clear_budget();
+  CaseResult truth;
+  RETURN_IF_ERROR(MeasureReference(client, bench_case, scene, plan.reference_rays, &truth));
+  ASSIGN_OR_RETURN(const ImageError error, Compare(truth.reference, tested, &truth.mask));
   return error.mae_shadowed.value_or(0);
+}
+
+// Figures are no reasons of their own.
+std::string WithoutFigures(const std::string& reason) {
+  std::string text;
+  for (const char c : reason) {
+    const bool is_digit = absl::ascii_isdigit(static_cast<unsigned char>(c));
+    if (!is_digit) text += c;
+    if (is_digit && !text.ends_with('N')) text += 'N';
+  }
+  return text;
 }
 
 }  // namespace
 
-std::vector<Skip> CountSkips(const std::vector<v1::RenderReport>& reports, const v1::RenderReport& fresh) {
+std::vector<Skip> CountSkips(const std::vector<v1::RenderReport>& reports) {
   std::map<std::string, std::vector<double>> drawn_ms;
   std::map<std::pair<std::string, std::string>, int> skipped;
-  const auto look_at = [&](const v1::RenderReport& report, bool counts) {
+  for (const v1::RenderReport& report : reports) {
     for (const v1::Pass& pass : report.passes()) {
-      if (!pass.skipped()) drawn_ms[pass.name()].push_back(pass.ms());
-      if (pass.skipped() && counts) ++skipped[{pass.name(), pass.reason()}];
+      if (pass.skipped()) {
+        ++skipped[{pass.name(), WithoutFigures(pass.reason())}];
+      } else {
+        drawn_ms[pass.name()].push_back(pass.ms());
+      }
     }
-  };
-  look_at(fresh, false);
-  for (const v1::RenderReport& report : reports) look_at(report, true);
+  }
   std::vector<Skip> skips;
   for (const auto& [what, count] : skipped) {
     Skip& skip = skips.emplace_back(Skip{what.first, what.second, double(count) / double(reports.size())});
     if (const auto drawn = drawn_ms.find(what.first); drawn != drawn_ms.end()) skip.saved_ms = Median(drawn->second);
-    if (what.first == "render") skip.saved_ms = WithoutEncoding(fresh.timing());
   }
   return skips;
 }
@@ -115,18 +117,15 @@ SequenceResult MeasureSequence(Client& client, const SequencePlan& plan, Progres
   SequenceResult result;
   result.name = plan.name;
   const auto measure = [&]() -> absl::Status {
-    RETURN_IF_ERROR(client.UploadScene(plan.files).status());
-    // Where nothing is kept; of a seed of its own, so that it leaves no light data to the frames.
-    v1::RenderRequest first = plan.frames[0];
-    first.set_cache(v1::CACHE_MODE_REFRESH);
-    first.set_seed(first.seed() + 1000);
-    ASSIGN_OR_RETURN(const Shot fresh, Shoot(client, first));
+    ASSIGN_OR_RETURN(const v1::Scene scene, client.UploadScene(plan.files));
     std::vector<v1::RenderReport> reports;
     std::vector<double> later_ms, later_cpu_ms;
     std::vector<std::pair<size_t, Image>> to_judge;
     for (size_t i = 0; i < plan.frames.size(); ++i) {
       progress.Show(plan.name.c_str(), double(i) / double(plan.frames.size()));
-      ASSIGN_OR_RETURN(Shot shot, Shoot(client, plan.frames[i]));
+      v1::RenderRequest request = plan.frames[i];
+      if (i == 0) request.set_cache(v1::CACHE_MODE_REFRESH);
+      ASSIGN_OR_RETURN(Shot shot, Shoot(client, request));
       const double ms = WithoutEncoding(shot.report.timing()), cpu_ms = shot.report.timing().cpu_ms();
       if (i == 0) {
         result.first_ms = ms;
@@ -144,11 +143,11 @@ SequenceResult MeasureSequence(Client& client, const SequencePlan& plan, Progres
     result.later_ms = Median(later_ms);
     result.later_cpu_ms = Median(later_cpu_ms);
     for (const auto& [i, tested] : to_judge) {
-      ASSIGN_OR_RETURN(const double error, ErrorOf(client, plan.frames[i], tested, plan.reference_rays));
+      ASSIGN_OR_RETURN(const double error, ErrorOf(client, plan, i, scene, tested));
       result.error += error / double(to_judge.size());
     }
     result.lit_tiles = LitTiles(reports);
-    result.skips = CountSkips(reports, fresh.report);
+    result.skips = CountSkips(reports);
     return absl::OkStatus();
   };
   if (const absl::Status status = measure(); !status.ok()) result.failure = status.ToString();
@@ -170,15 +169,16 @@ absl::StatusOr<ReplyTimes> MeasureReplies(Client& client, const Case& bench_case
     plan_ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
   }
   times.plan_ms = Median(plan_ms);
-  // Progressively first: nothing is kept yet, and what is drawn is kept for those that follow.
+  request.set_cache(v1::CACHE_MODE_REFRESH);
   ASSIGN_OR_RETURN(const v1::RenderResponse whole, client.Render(request, nullptr, [&](v1::RenderResponse coarse) {
     if (times.first_image_ms == 0) times.first_image_ms = coarse.report().timing().total_ms();
   }));
   times.whole_ms = whole.report().timing().total_ms();
   if (times.first_image_ms == 0) times.first_image_ms = times.whole_ms;
-  for (int i = 0; i < kReplies; ++i) {
+  request.set_cache(v1::CACHE_MODE_USE);
+  for (int i = 0; i <= kReplies; ++i) {
     ASSIGN_OR_RETURN(const v1::RenderResponse again, client.Render(request, nullptr));
-    repeated_ms.push_back(again.report().timing().total_ms());
+    if (i > 0) repeated_ms.push_back(again.report().timing().total_ms());
   }
   times.repeated_ms = Median(repeated_ms);
   return times;
@@ -231,9 +231,9 @@ std::string ToTable(const std::vector<SequenceResult>& sequences, const std::vec
       absl::StrAppend(&text, result.failure, "\n");
       continue;
     }
-    absl::StrAppendFormat(&text,
-                          "first %.1f ms (%.1f CPU), later %.1f (%.1f) a frame, error %.5f, predicted %.5f", result.first_ms,
-                          result.first_cpu_ms, result.later_ms, result.later_cpu_ms, result.error, result.predicted);
+    absl::StrAppendFormat(&text, "first %.1f ms (%.1f CPU), later %.1f (%.1f) a frame, error %.5f, predicted %.5f",
+                          result.first_ms, result.first_cpu_ms, result.later_ms, result.later_cpu_ms, result.error,
+                          result.predicted);
     if (result.lit_tiles) absl::StrAppendFormat(&text, "; %.0f %% of tiles lit", 100 * *result.lit_tiles);
     absl::StrAppendFormat(&text, "\n  %-24s %8s %9s  %s\n", "left out", "requests", "saved ms", "why");
     for (const Skip& skip : result.skips) {
@@ -242,9 +242,9 @@ std::string ToTable(const std::vector<SequenceResult>& sequences, const std::vec
     }
   }
   for (const ReplyTimes& times : replies) {
-    absl::StrAppendFormat(&text,
-                          "\n%s, max_error .002: PlanRender %.2f ms; first image %.1f ms of %.1f; asked again %.2f ms\n",
-                          times.name, times.plan_ms, times.first_image_ms, times.whole_ms, times.repeated_ms);
+    absl::StrAppendFormat(
+        &text, "\n%s, max_error .002: PlanRender %.2f ms; first image %.1f ms of %.1f; asked again %.2f ms\n",
+        times.name, times.plan_ms, times.first_image_ms, times.whole_ms, times.repeated_ms);
   }
   return text;
 }
