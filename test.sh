@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and runs the tests; the last line is "N passed, N failed" (", N skipped"). Installs first what is missing.
 #   ./test.sh          the release build: every test that needs no more than this machine
-#   ./test.sh --asan   then also the tests without GL under ASan and UBSan
+#   ./test.sh --asan   then also units, threads and the service under ASan and UBSan
 #   ./test.sh --long   then also: everything under ASan and UBSan, the server's threads under TSan, clang-tidy, buf lint, and
 #                      the container's smoke test; what has no tool here is counted as skipped
 set -euo pipefail
@@ -66,7 +66,7 @@ run_tests release
 case "${1:-}" in
   --asan)
     build asan
-    run_tests asan -L 'unit|threads'
+    run_tests asan -L 'unit|threads|integration'
     ;;
   --long)
     build asan

@@ -54,6 +54,8 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   CLI::App app("halfshaded: soft shadows over gRPC");
   app.add_option("--listen", options.listen, "HOST:PORT (port 0 picks one) or unix:PATH")->capture_default_str();
   app.add_option("--http", options.http, "HOST:PORT of /livez, /readyz and /metrics, or off")->capture_default_str();
+  app.add_option("--admin", options.admin, "HOST:PORT or unix:PATH of channelz: who is connected, or off")
+      ->capture_default_str();
   app.add_option("--scene-store", options.scene_store_dir,
                  "folder that keeps scenes; default: a private temporary one");
   app.add_option("--scene-store-mb", options.scene_store_mb, "its bound, unfinished uploads included")
@@ -117,10 +119,10 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
     std::fprintf(stderr, "%s: not available in this version\n", later_given[0].c_str());
     return kUsage;
   }
-  if (!insecure_bind && !IsLoopback(options.listen)) {
-    std::fprintf(stderr,
-                 "--listen %s: reachable from outside without TLS and token; give --insecure-bind if that is meant\n",
-                 options.listen.c_str());
+  for (const auto& [flag, address] : {std::pair("--listen", options.listen), std::pair("--admin", options.admin)}) {
+    if (insecure_bind || address == "off" || IsLoopback(address)) continue;
+    std::fprintf(stderr, "%s %s: reachable from outside without TLS and token; give --insecure-bind if that is meant\n",
+                 flag, address.c_str());
     return kUsage;
   }
   flags->is_json_log = log_format == "json";

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/digest.h"
+#include "server/scene_name.h"
 
 namespace halfshade {
 namespace {
@@ -14,9 +15,13 @@ namespace {
 constexpr size_t kPrefixDigits = 32;  // 128 bits tell scenes apart, and as many a scene's light data
 
 // Names of one scene begin alike, so that they can be found again without the keys.
-std::string PrefixOf(const std::string& scene_name) { return Sha256Hex(scene_name).substr(0, kPrefixDigits); }
+std::string PrefixOf(const std::string& scene_name) {
+  return Sha256Hex(scene_name.substr(0, scene_name.find(kPoseSeparator))).substr(0, kPrefixDigits);
+}
 std::string NameOf(const std::string& scene_name, const std::string& key) {
-  return PrefixOf(scene_name) + Sha256Hex(key).substr(0, 64 - kPrefixDigits);
+  const size_t pose = scene_name.find(kPoseSeparator);
+  const std::string of_pose = pose == std::string::npos ? "" : scene_name.substr(pose);
+  return PrefixOf(scene_name) + Sha256Hex(key + of_pose).substr(0, 64 - kPrefixDigits);
 }
 
 }  // namespace

@@ -33,7 +33,9 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "halfshaded: %s\n", std::string(server.status().message()).c_str());
     return kUnavailable;
   }
-  std::printf("serving grpc=%s http=%s\n", (*server)->grpc_address().c_str(), (*server)->http_address().c_str());
+  std::printf("serving grpc=%s http=%s", (*server)->grpc_address().c_str(), (*server)->http_address().c_str());
+  if (flags.options.admin != "off") std::printf(" admin=%s", (*server)->admin_address().c_str());
+  std::printf("\n");
   std::fflush(stdout);
 
   int signal = 0;

@@ -24,6 +24,7 @@ struct ConnectionTimes {
 struct ServerOptions {
   std::string listen;           // "127.0.0.1:0" picks a port, "unix:PATH"; "": no port, InProcessChannel alone
   std::string http = "off";     // address of /livez, /readyz and /metrics, or "off"
+  std::string admin = "off";    // address of channelz (who is connected, what is under way), or "off"
   std::string scene_store_dir;  // "": a private temporary folder, removed at the end
   uint64_t scene_store_mb = 4096;
   bool keeps_store = true;  // after the server's end: else no light data is written there

@@ -45,9 +45,9 @@ class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_share
  private:
   absl::Status Plan() {
     double load_ms = 0;
-    ASSIGN_OR_RETURN(const SceneCache::ScenePtr scene, plant_->catalog->Load(request_.scene(), &load_ms));
-    ASSIGN_OR_RETURN(const ValidatedRender render, ValidateRender(request_, *scene, limits_, plant_->slowness));
-    ASSIGN_OR_RETURN(const RenderReport plan, PlanRender(*scene, render.request));
+    ASSIGN_OR_RETURN(const SceneCatalog::Posed posed, plant_->catalog->LoadPosed(request_, &load_ms));
+    ASSIGN_OR_RETURN(const ValidatedRender render, ValidateRender(request_, *posed.scene, limits_, plant_->slowness));
+    ASSIGN_OR_RETURN(const RenderReport plan, PlanRender(*posed.scene, render.request));
     plan_ = ToProto(plan);
     plan_.mutable_timing()->set_load_ms(load_ms);
     if (render.request.predicted_cpu_ms) plan_.mutable_timing()->set_cpu_ms(*render.request.predicted_cpu_ms);

@@ -68,8 +68,8 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
   void Prepare() {
     if (gave_up_) return;
     const absl::Status status = [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(scene_, plant_->catalog->Load(query_.request().scene(), &load_ms_));
-      ASSIGN_OR_RETURN(valid_, ValidateQuery(query_, *scene_, plant_->limits, plant_->slowness));
+      ASSIGN_OR_RETURN(posed_, plant_->catalog->LoadPosed(query_.request(), &load_ms_));
+      ASSIGN_OR_RETURN(valid_, ValidateQuery(query_, *posed_.scene, plant_->limits, plant_->slowness));
       queued_at_ = SteadyClock::now();
       RenderJob job;
       job.id = JobId();
@@ -90,7 +90,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
       return status;
     }
     const double cpu_begin_ms = ProcessCpuMs();
-    auto result = worker.renderer->QueryVisibility(query_.request().scene(), *scene_, valid_.request, valid_.points,
+    auto result = worker.renderer->QueryVisibility(posed_.name, *posed_.scene, valid_.request, valid_.points,
                                                    [this] { return StopReason(); });
     if (!result.ok()) {
       FinishOnce(result.status());
@@ -138,7 +138,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
   SystemClock::time_point deadline_;
   std::atomic<bool> gave_up_{false};
   std::atomic<bool> is_finished_{false};
-  SceneCache::ScenePtr scene_;
+  SceneCatalog::Posed posed_;
   ValidatedQuery valid_;
   SteadyClock::time_point queued_at_;
   double load_ms_ = 0;

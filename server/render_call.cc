@@ -95,13 +95,14 @@ void RenderCall::Release() {
 
 void RenderCall::Prepare() {
   if (gave_up_) return;
-  auto scene = plant_->catalog->Load(request_.scene(), &load_ms_);
-  if (!scene.ok()) {
+  auto posed = plant_->catalog->LoadPosed(request_, &load_ms_);
+  if (!posed.ok()) {
     // The catalog's word for it is `name`; the request's is `scene`.
-    Fail(scene.status());
+    Fail(posed.status());
     return;
   }
-  scene_ = *std::move(scene);
+  scene_ = std::move(posed->scene);
+  posed_name_ = std::move(posed->name);
   auto validated = ValidateRender(request_, *scene_, limits_, plant_->slowness);
   if (!validated.ok()) {
     Fail(validated.status());
@@ -171,7 +172,8 @@ void RenderCall::PlanCoarse() {
   if (!pose.ok()) return;  // PlanRender has said so
   uint64_t bytes = 0;
   for (RenderRequest& request : PlanCoarseRequests(*scene_, *pose, render_.request)) {
-    ValidatedRender& coarse = coarse_.emplace_back(ValidatedRender{std::move(request), render_.formats});
+    ValidatedRender& coarse =
+        coarse_.emplace_back(ValidatedRender{std::move(request), render_.morph_weights, render_.formats});
     for (size_t i = 0; i < coarse.formats.size(); ++i) {
       const glm::ivec2 size = SizeOf(coarse.request, coarse.request.outputs[i]);
       coarse.reply_bytes += UncompressedBytes(coarse.formats[i], size.x, size.y);
@@ -205,7 +207,7 @@ absl::Status RenderCall::Draw(WorkerRenderer& worker) {
 }
 
 absl::Status RenderCall::DrawOne(WorkerRenderer& worker, const ValidatedRender& render) {
-  auto result = worker.renderer->Render(request_.scene(), *scene_, render.request, [this] { return StopReason(); });
+  auto result = worker.renderer->Render(posed_name_, *scene_, render.request, [this] { return StopReason(); });
   if (!result.ok()) {
     // Another context, or this one made anew, may still draw it.
     if (absl::IsUnavailable(result.status()) && StopReason().ok() && !std::exchange(is_redone_, true)) {

@@ -125,7 +125,8 @@ class RenderCall : public std::enable_shared_from_this<RenderCall> {
   enum class Part : uint8_t { kAlone, kWaits, kLeads };
   std::atomic<Part> part_{Part::kAlone};
   std::string result_key_;
-  SceneCache::ScenePtr scene_;
+  SceneCache::ScenePtr scene_;  // as the request bends it
+  std::string posed_name_;
   ValidatedRender render_;
   bool is_redone_ = false;  // its context was lost once
   const bool is_progressive_;

@@ -102,8 +102,9 @@ void SceneCache::Drop(std::map<std::string, Entry>::iterator entry) {
 
 void SceneCache::Forget(const std::string& name) {
   const std::lock_guard lock(mutex_);
-  sizes_.erase(name);
-  if (const auto found = entries_.find(name); found != entries_.end()) Drop(found);
+  const auto is_of_it = [&](const std::string& key) { return key.starts_with(name); };
+  std::erase_if(sizes_, [&](const auto& size) { return is_of_it(size.first); });
+  for (auto entry = entries_.lower_bound(name); entry != entries_.end() && is_of_it(entry->first);) Drop(entry++);
 }
 
 SceneCache::Counters SceneCache::counters() const {

@@ -35,7 +35,7 @@ class SceneCache {
   // of the loader are not kept. INVALID_ARGUMENT with the numbers for a scene larger than the whole cache;
   // RESOURCE_EXHAUSTED with push-back (status.h) where scenes in use leave no room for it.
   absl::StatusOr<ScenePtr> Get(const std::string& name, const Loader& loader);
-  // What is in use stays with its users.
+  // Every scene whose name begins so: a scene and its poses (scene_catalog.h). What is in use stays with its users.
   void Forget(const std::string& name);
 
   struct Counters {

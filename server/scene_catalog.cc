@@ -5,11 +5,14 @@
 #include <chrono>
 #include <cstdint>
 
+#include "renderer/scene/deform.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene_loader/scene_loader.h"
 #include "renderer/status.h"
+#include "server/digest.h"
 #include "server/light_data_store.h"
 #include "server/scene_name.h"
+#include "server/validate.h"
 
 namespace halfshade {
 namespace {
@@ -64,7 +67,7 @@ v1::Scene Summarise(const std::string& name, const FlatScene& scene) {
   }
   summary.set_materials(uint32_t(scene.materials.empty() ? 0 : scene.materials.size() - 1));
   for (const SceneCamera& camera : scene.cameras) summary.add_cameras(camera.name);
-  summary.set_animations(scene.animation_count);
+  summary.set_animations(uint32_t(scene.animations.size()));
   for (const Node& node : scene.nodes) summary.add_node_names(node.name);
   for (const std::string& warning : scene.warnings) summary.add_warnings(warning);
   summary.set_size_bytes(scene.SizeBytes());
@@ -233,6 +236,34 @@ absl::StatusOr<SceneCache::ScenePtr> SceneCatalog::Load(const std::string& name,
     *load_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     return scene;
   });
+}
+
+absl::StatusOr<SceneCatalog::Posed> SceneCatalog::LoadPosed(const v1::RenderRequest& request, double* load_ms) {
+  ASSIGN_OR_RETURN(const SceneCache::ScenePtr scene, Load(request.scene(), load_ms));
+  if (scene->deformed.empty()) return Posed{scene, request.scene()};
+  ASSIGN_OR_RETURN(const Motion motion, ResolveMotion(request, *scene));
+  const std::vector<bool> bends = BendingNodes(*scene);
+  std::vector<NodeOverride> joints;
+  for (const NodeOverride& change : motion.overrides) {
+    if (change.local && bends[change.node]) joints.push_back(change);
+  }
+  if (joints.empty() && motion.morph_weights == scene->morph_weights) return Posed{scene, request.scene()};
+  Sha256 sha;
+  for (const NodeOverride& change : joints) {
+    sha.Add(&change.node, sizeof(change.node));
+    sha.Add(&*change.local, sizeof(*change.local));
+  }
+  sha.Add(motion.morph_weights.data(), motion.morph_weights.size() * sizeof(float));
+  const std::string name = request.scene() + kPoseSeparator + sha.FinishHex();
+  ASSIGN_OR_RETURN(const SceneCache::ScenePtr posed, cache_->Get(name, [&]() -> absl::StatusOr<FlatScene> {
+    const auto begin = std::chrono::steady_clock::now();
+    FlatScene copy = *scene;
+    RETURN_IF_ERROR(Deform(joints, motion.morph_weights, &copy));
+    ForgetBinding(&copy);
+    *load_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    return copy;
+  }));
+  return Posed{posed, name};
 }
 
 bool SceneCatalog::Has(const std::string& name) const { return store_->Has(StoreKind::kScene, DigestOf(name)); }

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "halfshade/v1/render.pb.h"
 #include "halfshade/v1/scene.pb.h"
 #include "server/limits.h"
 #include "server/scene_cache.h"
@@ -35,6 +36,14 @@ class SceneCatalog {
   // The scene, from the cache or loaded again from its blobs. INVALID_ARGUMENT for a malformed name, NOT_FOUND for an
   // unknown one or a blob that was found damaged; the cache's errors. `load_ms`: what loading took, 0 from the cache.
   absl::StatusOr<SceneCache::ScenePtr> Load(const std::string& name, double* load_ms);
+
+  // The scene as the request bends it: a copy of its own in the cache, under a name of its own, where the request moves
+  // joints or morph targets. Also the errors of ResolveMotion, and INVALID_ARGUMENT where it bends too far.
+  struct Posed {
+    SceneCache::ScenePtr scene;
+    std::string name;  // keys what is kept of it; begins with the scene's
+  };
+  absl::StatusOr<Posed> LoadPosed(const v1::RenderRequest& request, double* load_ms);
 
   bool Has(const std::string& name) const;  // requires a scene's name
   absl::StatusOr<v1::Scene> Describe(const std::string& name);

@@ -6,6 +6,9 @@
 
 namespace halfshade {
 
+// Between a scene's name and what tells its poses apart, in the names of what is kept of them.
+inline constexpr char kPoseSeparator = '@';
+
 // "<root digest>\n" and "<digest> <uri>\n" for each file, sorted by the URI's bytes. files: relative URI -> digest.
 std::string SceneManifest(const std::string& root_digest, const std::map<std::string, std::string>& files);
 

@@ -1,5 +1,6 @@
 #include "server/server.h"
 
+#include <grpcpp/ext/channelz_service_plugin.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/server.h>
@@ -61,6 +62,16 @@ void SetChannelLimits(const Limits& limits, const ConnectionTimes& times, grpc::
   // One gzip message of zeros costs hundreds of MB before its size is known.
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+}
+
+absl::Status AddressError(const std::string& flag, const std::string& address) {
+  return absl::FailedPreconditionError(flag + " " + address + ": the address cannot be had");
+}
+
+// What was picked in place of port 0.
+std::string AddressWithPort(const std::string& address, int port) {
+  if (address.starts_with("unix:")) return address;
+  return address.substr(0, address.rfind(':') + 1) + std::to_string(port);
 }
 
 class WiredServer final : public Server {
@@ -137,6 +148,7 @@ class WiredServer final : public Server {
     return server_->InProcessChannel(arguments);
   }
   std::string grpc_address() const override { return grpc_address_; }
+  std::string admin_address() const override { return admin_address_; }
   std::string http_address() const override { return http_ == nullptr ? "off" : http_->address(); }
 
   void Drain() override {
@@ -189,15 +201,25 @@ class WiredServer final : public Server {
       const std::lock_guard lock(health_mutex_);
       server_ = builder.BuildAndStart();
     }
-    const bool is_unix = options_.listen.starts_with("unix:");
-    if (server_ == nullptr || (has_port && port == 0)) {
-      return absl::FailedPreconditionError("listen " + options_.listen + ": the address cannot be had");
-    }
-    if (has_port) {
-      grpc_address_ =
-          is_unix ? options_.listen : options_.listen.substr(0, options_.listen.rfind(':') + 1) + std::to_string(port);
-    }
+    if (server_ == nullptr || (has_port && port == 0)) return AddressError("listen", options_.listen);
+    if (has_port) grpc_address_ = AddressWithPort(options_.listen, port);
+    RETURN_IF_ERROR(ListenForAdmins());
     TellHealth();
+    return absl::OkStatus();
+  }
+
+  // After the service's own server: a plugin of gRPC's is one of every server that is built later.
+  absl::Status ListenForAdmins() {
+    if (options_.admin == "off") return absl::OkStatus();
+    grpc::EnableDefaultHealthCheckService(false);
+    grpc::channelz::experimental::InitChannelzService();
+    grpc::ServerBuilder builder;
+    SetChannelLimits(options_.limits, options_.connections, builder);
+    int port = 0;
+    builder.AddListeningPort(options_.admin, grpc::InsecureServerCredentials(), &port);
+    admin_server_ = builder.BuildAndStart();
+    if (admin_server_ == nullptr || port == 0) return AddressError("admin", options_.admin);
+    admin_address_ = AddressWithPort(options_.admin, port);
     return absl::OkStatus();
   }
 
@@ -226,6 +248,8 @@ class WiredServer final : public Server {
   std::unique_ptr<ServerServiceImpl> server_service_;
   std::unique_ptr<grpc::Server> server_;
   std::string grpc_address_;
+  std::unique_ptr<grpc::Server> admin_server_;
+  std::string admin_address_ = "off";
   std::unique_ptr<HttpServer> http_;  // asks all of the above
 };
 

@@ -28,6 +28,7 @@ class Server {
   virtual std::string grpc_address() const = 0;
   // "127.0.0.1:40124" or "off".
   virtual std::string http_address() const = 0;
+  virtual std::string admin_address() const = 0;
 
   // NOT_SERVING at once, the lame duck's time, then no new calls; calls under way have the grace to end. Blocks.
   virtual void Drain() = 0;

@@ -22,6 +22,7 @@ constexpr uint32_t kDefaultWidth = 1280;
 constexpr uint32_t kDefaultHeight = 720;
 constexpr uint32_t kDefaultLightMapSize = 512;
 constexpr uint32_t kMinLightMapSize = 16;
+constexpr double kLargestTimeS = 1e6;
 constexpr double kLargestDensity = 1e6;  // per metre: beyond, nothing is seen through a hair
 
 uint32_t OrDefault(uint32_t value, uint32_t absent) { return value == 0 ? absent : value; }
@@ -103,10 +104,9 @@ absl::Status CheckSize(const v1::RenderRequest& request, const Limits& limits) {
   return absl::OkStatus();
 }
 
-// Fields that the wire has and this version does not.
-absl::Status CheckNothingIsAskedThatIsNotThere(const v1::RenderRequest& request) {
-  if (request.has_animation()) return NotAvailable("animation", "a pose");
-  return absl::OkStatus();
+absl::Status CheckAnimationFields(const v1::RenderRequest& request) {
+  RETURN_IF_ERROR(CheckFinite("animation.time_s", request.animation().time_s()));
+  return CheckRange("animation.time_s", request.animation().time_s(), 0, kLargestTimeS);
 }
 
 absl::Status CheckBudget(const v1::Budget& budget, Budget* result) {
@@ -202,7 +202,7 @@ absl::StatusOr<ValidatedRender> CheckFields(const v1::RenderRequest& request, co
                       absl::StrCat("\"", request.scene().substr(0, 80), "\"; must be scenes/ and 64 hex digits"));
   }
   RETURN_IF_ERROR(CheckSize(request, limits));
-  RETURN_IF_ERROR(CheckNothingIsAskedThatIsNotThere(request));
+  RETURN_IF_ERROR(CheckAnimationFields(request));
   plain.width = int(OrDefault(request.width(), kDefaultWidth));
   plain.height = int(OrDefault(request.height(), kDefaultHeight));
   plain.samples = int(OrDefault(request.samples(), 1));
@@ -261,13 +261,31 @@ absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& l
   return CheckFields(request, limits).status();
 }
 
+absl::StatusOr<Motion> ResolveMotion(const v1::RenderRequest& request, const FlatScene& scene) {
+  Motion motion;
+  motion.morph_weights = scene.morph_weights;
+  if (request.has_animation()) {
+    const v1::Animation& asked = request.animation();
+    if (asked.index() >= scene.animations.size()) {
+      return FieldError("animation.index", std::to_string(asked.index()) + "; the scene has " +
+                                               std::to_string(scene.animations.size()) + " animations");
+    }
+    motion = Animate(scene, {asked.index(), asked.time_s()});
+  }
+  ASSIGN_OR_RETURN(const std::vector<NodeOverride> overrides, ResolveNodeOverrides(request, scene));
+  motion.overrides = Combine(motion.overrides, overrides);
+  return motion;
+}
+
 absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
                                                const Limits& limits, double slowness) {
   ASSIGN_OR_RETURN(ValidatedRender result, CheckFields(request, limits));
   RenderRequest& plain = result.request;
   plain.budget.slowness = slowness;
   plain.scene_index = request.has_scene_index() ? request.scene_index() : scene.default_scene;
-  ASSIGN_OR_RETURN(plain.node_overrides, ResolveNodeOverrides(request, scene));
+  ASSIGN_OR_RETURN(Motion motion, ResolveMotion(request, scene));
+  plain.node_overrides = std::move(motion.overrides);
+  result.morph_weights = std::move(motion.morph_weights);
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, plain.scene_index, plain.node_overrides));
   const double aspect = double(plain.width) / plain.height;
   ASSIGN_OR_RETURN(plain.camera, ResolveCamera(request, scene, plain.node_overrides, pose.bounds_ws, aspect));
@@ -305,6 +323,7 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
     add(change.node, change.is_visible, change.casts, change.receives, change.local.has_value());
     if (change.local) add(*change.local);
   }
+  for (const float weight : render.morph_weights) add(weight);
   const Camera& camera = request.camera;
   for (const glm::dvec3& v : {camera.eye_ws, camera.right_ws, camera.up_ws, camera.forward_ws, camera.target_ws}) {
     add_dvec3(v);

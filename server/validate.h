@@ -9,6 +9,7 @@
 
 #include "halfshade/v1/render.pb.h"
 #include "renderer/request.h"
+#include "renderer/scene/animate.h"
 #include "renderer/scene/flat_scene.h"
 #include "renderer/scene/pose.h"
 #include "server/limits.h"
@@ -16,8 +17,13 @@
 
 namespace halfshade {
 
+// The changes that a request makes to nodes and its moment of an animation together. INVALID_ARGUMENT for what the
+// scene has not.
+absl::StatusOr<Motion> ResolveMotion(const v1::RenderRequest& request, const FlatScene& scene);
+
 struct ValidatedRender {
   RenderRequest request;              // outputs as asked, in order
+  std::vector<float> morph_weights;   // of the scene, as it is bent (scene_catalog.h: LoadPosed)
   std::vector<OutputFormat> formats;  // of request.outputs
   uint64_t reply_bytes = 0;           // images as the encoder gets them
 };
@@ -26,8 +32,8 @@ struct ValidatedRender {
 // version lacks; FAILED_PRECONDITION for a result over limits.render_reply_bytes.
 absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& limits);
 
-// All of it: CheckRenderFields, then what needs the scene (camera index, scene index, automatic camera, light and
-// planes). `slowness`: Budget::slowness.
+// All of it: CheckRenderFields, then what needs the scene, bent as the request asks (camera index, scene index,
+// automatic camera, light and planes). `slowness`: Budget::slowness.
 absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
                                                const Limits& limits, double slowness = 1);
 

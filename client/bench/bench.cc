@@ -99,6 +99,13 @@ void Add(const v1::RenderReport& report, Samples* samples) {
   }
 }
 
+uint64_t LightDataBytes(const v1::RenderReport& report) {
+  for (const v1::Cache& cache : report.caches()) {
+    if (cache.name() == "light[0]/light_data") return cache.bytes();
+  }
+  return 0;
+}
+
 // The warming shot of a row: its error, and what it skips.
 absl::Status Judge(const Shot& shot, const CaseResult& result, Row* row) {
   const Image& reference = result.reference;
@@ -111,9 +118,7 @@ absl::Status Judge(const Shot& shot, const CaseResult& result, Row* row) {
     if (pass.skipped()) row->skipped.push_back(pass.name() + ": " + pass.reason());
   }
   row->predicted = shot.report.error().predicted();
-  for (const v1::Cache& cache : shot.report.caches()) {
-    if (cache.name() == "light[0]/light_data") row->light_data_bytes = cache.bytes();
-  }
+  row->light_data_bytes = LightDataBytes(shot.report);
   return absl::OkStatus();
 }
 
@@ -159,7 +164,8 @@ absl::StatusOr<StepBase> PrepareStep(Client& client, const Case& bench_case, boo
 void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_error, const Effort& effort,
                  std::vector<Curve>* curves) {
   const auto base = PrepareStep(client, step.bench_case, measures_error, effort);
-  std::vector<std::vector<double>> cpu_ms(curves->size());
+  std::vector<std::vector<double>> cpu_ms(curves->size()), light_ms(curves->size());
+  std::vector<uint64_t> light_bytes(curves->size(), 0);
   for (int repetition = 0; repetition <= effort.repetitions; ++repetition) {
     for (size_t i = 0; i < curves->size(); ++i) {
       Curve& curve = (*curves)[i];
@@ -168,7 +174,11 @@ void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_erro
         RETURN_IF_ERROR(base.status());
         ASSIGN_OR_RETURN(const Shot shot,
                          Shoot(client, VisibilityRequest(step.bench_case, step.settings[i], v1::CACHE_MODE_REFRESH)));
-        if (repetition > 0) cpu_ms[i].push_back(shot.report.timing().cpu_ms());
+        if (repetition > 0) {
+          cpu_ms[i].push_back(shot.report.timing().cpu_ms());
+          light_ms[i].push_back(shot.report.timing().light_ms());
+          light_bytes[i] = LightDataBytes(shot.report);
+        }
         if (repetition > 0 || !measures_error) return absl::OkStatus();
         ASSIGN_OR_RETURN(const ImageError error, Compare(base->truth.reference, shot.visibility, &base->truth.mask));
         curve.mae_shadowed.push_back(error.mae_shadowed.value_or(0));
@@ -184,6 +194,8 @@ void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_erro
     curve.x.push_back(step.x);
     // A cost below the clock's own noise counts as that.
     curve.cpu_ms.push_back(std::max(0.1, Median(cpu_ms[i]) - base->primary_cpu_ms));
+    curve.light_ms.push_back(Median(light_ms[i]));
+    curve.light_bytes.push_back(double(light_bytes[i]));
   }
 }
 

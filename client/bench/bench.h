@@ -103,6 +103,8 @@ struct Curve {
   std::string failure;
   std::vector<double> x;
   std::vector<double> cpu_ms;        // shadow cost
+  std::vector<double> light_ms;      // wall: light data, of all lights
+  std::vector<double> light_bytes;   // light data of the first light; 0: none
   double exponent = 0;               // of the power law through them
   std::vector<double> mae_shadowed;  // empty unless measured
 };

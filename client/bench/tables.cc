@@ -186,6 +186,12 @@ std::string ToTable(const Results& results) {
       text += ", ";
     }
     absl::StrAppendFormat(&text, "exponent %.2f", curve.exponent);
+    if (curve.work != "triangles" || curve.light_bytes.empty()) continue;
+    text += "; light data, bytes and wall us a triangle:";
+    for (size_t i = 0; i < curve.x.size(); ++i) {
+      absl::StrAppendFormat(&text, " %.0f %.2f", curve.light_bytes[i] / curve.x[i],
+                            1e3 * curve.light_ms[i] / curve.x[i]);
+    }
   }
   text += "\n";
   if (!results.judged.empty()) text += FractionsToTable(results);
@@ -243,6 +249,8 @@ std::string ToJsonText(const Results& results) {
                               {"failure", curve.failure},
                               {"x", curve.x},
                               {"shadow_cpu_ms", curve.cpu_ms},
+                              {"light_ms", curve.light_ms},
+                              {"light_data_bytes", curve.light_bytes},
                               {"exponent", curve.exponent},
                               {"mae_shadowed", curve.mae_shadowed}});
   }

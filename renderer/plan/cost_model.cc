@@ -16,7 +16,8 @@ constexpr double kShaftPerTriangle = 8e-4;
 constexpr double kShaftPerReceiver = 2e-5;
 constexpr double kShaftPerPolygon = 2.4e-6;  // times the square root of the triangles: what a tile's list grows like
 constexpr double kShaftPerRow = 1.0 / 40;    // of that, for each row beyond 8
-constexpr double kShaftMasked = 15;          // times as dear where all is masked
+constexpr double kShaftMasked = 8;           // times as dear at 8 rows where all is masked
+constexpr double kMaskedPerRow = 1.0 / 14;   // of that, for each row beyond 8
 constexpr double kShaftSparse = 0.8;
 constexpr double kRayPerTriangle = 1e-3;
 constexpr double kRayPerRay = 1.6e-6;      // times the logarithm of the triangles
@@ -32,10 +33,11 @@ constexpr int kMostSubLights = 4;  // that SSM chooses
 constexpr int kMostSsmMap = 512;
 // Mean errors: of rows of 32 samples, of stratified rays.
 constexpr double kShaftErrorOfRow = 0.03;
+constexpr int kMostRows = 64;
 constexpr double kRayErrorOfRay = 0.2, kRayRate = 0.7;
 // Where all is masked, leaves upon leaves, they are so many times as large.
 constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
-constexpr int kMostMaskedRows = 16;  // shaft chooses no more where there is a mask
+constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
 // Wall time, of CPU time on as many threads as there are: drawing and encoding are partly on one.
 constexpr double kWallPerCpu = 0.7;
 constexpr double kEncodePerReceiver = 7e-5;
@@ -92,8 +94,8 @@ struct CostOf {
   }
   LightCost operator()(const ShaftOptions& shaft) const {
     const int rows = shaft.rows > 0 ? shaft.rows : ShaftRowsFor(facts, shaft.max_error);
-    const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) * (1 + kShaftPerRow * (rows - 8)) *
-                         (1 + kShaftMasked * facts.masked_share);
+    const double masks = kShaftMasked * facts.masked_share * (1 + kMaskedPerRow * (rows - 8));
+    const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) * (1 + kShaftPerRow * (rows - 8) + masks);
     return {TriangleCount(facts) * kShaftPerTriangle, kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * lists};
   }
 };
@@ -150,13 +152,13 @@ double PredictWallMs(const MethodFacts& facts, double cpu_ms, double slowness) {
 }
 
 double ShaftError(const MethodFacts& facts, int rows) {
-  return kShaftErrorOfRow / rows * Clutter(facts, kClutteredRows);
+  return kShaftErrorOfRow / rows * Clutter(facts, kClutteredRows) *
+         std::pow(rows / 8.0, kClutteredRate * facts.masked_share);
 }
 
 int ShaftRowsFor(const MethodFacts& facts, double max_error) {
-  const int most_rows = facts.masked_share > 0 ? kMostMaskedRows : 64;
-  int rows = 8;
-  while (rows < most_rows && ShaftError(facts, rows) > max_error) rows *= 2;
+  int rows = 4;
+  while (rows < kMostRows && ShaftError(facts, rows) > max_error) rows *= 2;
   return rows;
 }
 

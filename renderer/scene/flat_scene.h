@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/scene/motion_data.h"
+
 namespace halfshade {
 
 // Axis-aligned box. Empty until the first Add (min > max).
@@ -58,11 +60,16 @@ struct Mesh {
 
 struct Node {
   std::string name;
-  int32_t parent = -1;      // -1: a root; a parent may stand after its child
-  glm::dmat4 local{1};      // column-major; TRS already multiplied
-  uint32_t first_mesh = 0;  // the glTF mesh's primitives are consecutive in FlatScene::meshes
-  uint32_t mesh_count = 0;  // 0: no mesh
-  int32_t camera = -1;      // into FlatScene::cameras
+  int32_t parent = -1;       // -1: a root; a parent may stand after its child
+  glm::dmat4 local{1};       // column-major; TRS already multiplied
+  uint32_t first_mesh = 0;   // the glTF mesh's primitives are consecutive in FlatScene::meshes
+  uint32_t mesh_count = 0;   // 0: no mesh
+  int32_t camera = -1;       // into FlatScene::cameras
+  int32_t skin = -1;         // into FlatScene::skins: its meshes stand in world space (pose.h)
+  uint32_t first_place = 0;  // its meshes stand at each of these FlatScene::places; none: at the node once
+  uint32_t place_count = 0;
+  uint32_t first_weight = 0;  // of morph targets, into FlatScene::morph_weights
+  uint32_t weight_count = 0;
 };
 
 struct SceneRoots {
@@ -71,11 +78,13 @@ struct SceneRoots {
 };
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
+// BLEND hides light, and is drawn, where its alpha is at least this: one shape for the camera and every method.
+inline constexpr float kBlendCutoff = 0.5f;
 
 // A texture as a material reads it.
 struct MaterialTexture {
   int32_t texture = -1;  // into FlatScene::textures; -1: none
-  uint8_t texcoord = 0;  // 0 or 1: which texture coordinates
+  uint8_t texcoord = 0;  // 0 or 1: FlatScene::texcoords or texcoords1
 };
 
 // glTF's metallic-roughness. A factor multiplies its texture; colours are linear, colour textures hold sRGB.
@@ -93,7 +102,7 @@ struct Material {
   glm::vec3 emissive{0};
   MaterialTexture emissive_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
-  float alpha_cutoff = 0.5f;
+  float alpha_cutoff = 0.5f;  // of kMask; kBlendCutoff of kBlend
   bool is_double_sided = false;
 };
 
@@ -150,13 +159,30 @@ struct FlatScene {
   std::vector<SceneCamera> cameras;
   std::vector<SceneRoots> scenes;
   uint32_t default_scene = 0;
-  uint32_t animation_count = 0;
+
+  std::vector<InstancePlace> places;
+  std::vector<float> morph_weights;  // at rest
+  std::vector<Skin> skins;
+  std::vector<uint32_t> skin_joints;       // nodes
+  std::vector<glm::mat4> joint_from_mesh;  // inverse bind matrices
+  std::vector<Deformed> deformed;          // the arrays above hold their rest pose
+  std::vector<BindVertex> bind_vertices;
+  std::vector<uint32_t> bind_indices;
+  std::vector<Influence> influences;
+  std::vector<MorphDelta> morph_deltas;
+  std::vector<Animation> animations;
+  std::vector<AnimationChannel> channels;
+  std::vector<float> animation_times, animation_values;
+  std::vector<Rest> rests;  // of animated nodes, by node
 
   std::vector<std::string> warnings;  // said for the user, each starts with a JSON pointer
   uint64_t degenerate_triangles_dropped = 0;
 
-  // What a MASK material leaves of a mesh.
+  // What alpha leaves of a mesh: MASK by its cutoff, BLEND as MASK at one half (kBlendCutoff).
   MaskCoverage CoverageOf(const Mesh& mesh) const;
+
+  // The cluster `index` of a mesh, from its triangles as they stand.
+  Cluster MakeCluster(const Mesh& mesh, uint32_t index) const;
 
   // Bytes of all arrays: what the scene cache counts.
   size_t SizeBytes() const;

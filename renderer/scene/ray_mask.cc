@@ -8,18 +8,27 @@
 namespace halfshade {
 namespace {
 
-// A texel's index, inside the image or beyond it, as GL wraps it.
+// Masks are asked at every ray or sample that meets one: no division of whole numbers, no call.
+int Floor(float value) {
+  const int whole = int(value);
+  return whole - int(value < float(whole));
+}
+
+// The index of a texel in [-1, 2 size], as GL wraps it.
 int WrapTexel(int texel, int size, Wrap wrap) {
   if (wrap == Wrap::kClampToEdge) return std::clamp(texel, 0, size - 1);
   const int period = wrap == Wrap::kRepeat ? size : 2 * size;
-  const int in_period = (texel % period + period) % period;
+  int in_period = texel < 0 ? texel + period : texel;
+  while (in_period >= period) in_period -= period;
   return in_period < size ? in_period : period - 1 - in_period;
 }
 
-// Texels from the image's edge. Far away coordinates are first brought near, where they still are whole texels.
+// Texels from the image's edge, in [-size, 2 size]; where it repeats in [0, 2 size]. Far away coordinates are first
+// brought near, where they still are whole texels.
 float ToTexels(float coordinate, int size, Wrap wrap) {
   if (wrap == Wrap::kClampToEdge) return std::clamp(coordinate, -1.0f, 2.0f) * float(size);
-  return float(coordinate - 2 * std::floor(double(coordinate) / 2)) * float(size);
+  const bool is_near = coordinate >= 0 && coordinate < 2;
+  return (is_near ? coordinate : float(coordinate - 2 * std::floor(double(coordinate) / 2))) * float(size);
 }
 
 }  // namespace
@@ -39,12 +48,12 @@ float RayMask::AlphaAt(const glm::vec2& texcoord) const {
   const float x = ToTexels(texcoord.x, width_, wrap_s_);
   const float y = ToTexels(texcoord.y, height_, wrap_t_);
   if (is_nearest_) {
-    return TexelAt(WrapTexel(int(std::floor(x)), width_, wrap_s_), WrapTexel(int(std::floor(y)), height_, wrap_t_));
+    return TexelAt(WrapTexel(Floor(x), width_, wrap_s_), WrapTexel(Floor(y), height_, wrap_t_));
   }
-  const float left = std::floor(x - 0.5f), top = std::floor(y - 0.5f);
-  const int x0 = WrapTexel(int(left), width_, wrap_s_), x1 = WrapTexel(int(left) + 1, width_, wrap_s_);
-  const int y0 = WrapTexel(int(top), height_, wrap_t_), y1 = WrapTexel(int(top) + 1, height_, wrap_t_);
-  const float u = x - 0.5f - left, v = y - 0.5f - top;
+  const int left = Floor(x - 0.5f), top = Floor(y - 0.5f);
+  const int x0 = WrapTexel(left, width_, wrap_s_), x1 = WrapTexel(left + 1, width_, wrap_s_);
+  const int y0 = WrapTexel(top, height_, wrap_t_), y1 = WrapTexel(top + 1, height_, wrap_t_);
+  const float u = x - 0.5f - float(left), v = y - 0.5f - float(top);
   return glm::mix(glm::mix(TexelAt(x0, y0), TexelAt(x1, y0), u), glm::mix(TexelAt(x0, y1), TexelAt(x1, y1), u), v);
 }
 

@@ -21,6 +21,13 @@ uint32_t ReadUnsigned(const char* at, int bytes) {
   return value;
 }
 
+template <typename T>
+T Read(const char* at) {
+  T value;
+  std::memcpy(&value, at, sizeof(value));
+  return value;
+}
+
 }  // namespace
 
 AccessorReader::AccessorReader(const GltfData& data, int accessor) {
@@ -28,8 +35,10 @@ AccessorReader::AccessorReader(const GltfData& data, int accessor) {
   count_ = source.count;
   components_ = tinygltf::GetNumComponentsInType(uint32_t(source.type));
   component_bytes_ = tinygltf::GetComponentSizeInBytes(uint32_t(source.componentType));
+  component_type_ = source.componentType;
   is_float_ = source.componentType == TINYGLTF_COMPONENT_TYPE_FLOAT;
-  const size_t packed = size_t(components_) * size_t(component_bytes_);
+  is_normalized_ = source.normalized;
+  const size_t packed = size_t(components_) * size_t(component_bytes_);  // no matrices of small integers are read
   stride_ = packed;
   if (source.bufferView >= 0) {
     base_ = ViewBytes(data, source.bufferView, source.byteOffset);
@@ -68,10 +77,19 @@ uint32_t AccessorReader::Unsigned(const char* at) const { return ReadUnsigned(at
 
 float AccessorReader::Float(size_t element, int component) const {
   const char* at = At(element) + size_t(component) * size_t(component_bytes_);
-  if (!is_float_) return float(Unsigned(at)) / (component_bytes_ == 1 ? 255.0f : 65535.0f);
-  float value = 0;
-  std::memcpy(&value, at, sizeof(value));
-  return value;
+  if (is_float_) return Read<float>(at);
+  switch (component_type_) {
+    case TINYGLTF_COMPONENT_TYPE_BYTE:
+      return is_normalized_ ? std::max(float(Read<int8_t>(at)) / 127, -1.0f) : float(Read<int8_t>(at));
+    case TINYGLTF_COMPONENT_TYPE_SHORT:
+      return is_normalized_ ? std::max(float(Read<int16_t>(at)) / 32767, -1.0f) : float(Read<int16_t>(at));
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+      return is_normalized_ ? float(Unsigned(at)) / 255 : float(Unsigned(at));
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+      return is_normalized_ ? float(Unsigned(at)) / 65535 : float(Unsigned(at));
+    default:
+      return float(Unsigned(at));
+  }
 }
 
 uint32_t AccessorReader::LargestIndex() const {

@@ -28,7 +28,10 @@ class AccessorReader {
 
   // An unsigned integer as it is.
   uint32_t Index(size_t element) const { return Unsigned(At(element)); }
-  // A float as it is, an unsigned integer normalized.
+  uint32_t IndexAt(size_t element, int component) const {
+    return Unsigned(At(element) + size_t(component) * size_t(component_bytes_));
+  }
+  // A float as it is; an integer too, or normalized where the accessor says so (glTF 2.0, 3.11).
   float Float(size_t element, int component) const;
   template <typename Vec>
   Vec Vector(size_t element) const {
@@ -50,7 +53,9 @@ class AccessorReader {
   size_t count_ = 0;
   int components_ = 0;
   int component_bytes_ = 0;
+  int component_type_ = 0;
   bool is_float_ = false;
+  bool is_normalized_ = false;
   const char* base_ = nullptr;  // null: zeros
   size_t stride_ = 0;
   size_t sparse_count_ = 0;

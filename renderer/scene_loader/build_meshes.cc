@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <utility>
 
+#include "renderer/scene/pose.h"
 #include "renderer/scene_loader/tinygltf.h"
 #include "renderer/status.h"
 
@@ -51,20 +54,18 @@ glm::vec3 Local(const AccessorReader& positions, uint32_t vertex, const glm::dve
 struct Attributes {
   std::optional<AccessorReader> normals, texcoords, texcoords1, tangents, colors;
 
-  Attributes(const GltfData& data, const tinygltf::Primitive& primitive, const Material& material) {
-    bool wants_second = false;
-    for (const MaterialTexture* texture :
-         {&material.base_color_texture, &material.metallic_roughness_texture, &material.normal_texture,
-          &material.occlusion_texture, &material.emissive_texture}) {
-      wants_second = wants_second || (texture->texture >= 0 && texture->texcoord == 1);
-    }
-    const auto find = [&](const char* name, std::optional<AccessorReader>* reader) {
+  TexcoordSources sources;
+
+  Attributes(const GltfData& data, const tinygltf::Primitive& primitive, const Material& material,
+             const TexcoordSources& texcoord_sources)
+      : sources(texcoord_sources) {
+    const auto find = [&](const std::string& name, std::optional<AccessorReader>* reader) {
       const auto attribute = primitive.attributes.find(name);
       if (attribute != primitive.attributes.end()) reader->emplace(data, attribute->second);
     };
     find("NORMAL", &normals);
-    find("TEXCOORD_0", &texcoords);
-    if (wants_second) find("TEXCOORD_1", &texcoords1);
+    find("TEXCOORD_" + std::to_string(sources[0].set), &texcoords);
+    if (sources[1].is_used) find("TEXCOORD_" + std::to_string(sources[1].set), &texcoords1);
     if (material.normal_texture.texture >= 0) find("TANGENT", &tangents);
     find("COLOR_0", &colors);
   }
@@ -90,11 +91,12 @@ struct Attributes {
 };
 
 absl::StatusOr<glm::vec2> Texcoord(const std::optional<AccessorReader>& reader, uint32_t vertex,
-                                   const tinygltf::Primitive& primitive, const std::string& pointer, int set) {
+                                   const tinygltf::Primitive& primitive, const std::string& pointer,
+                                   const TexcoordSource& source) {
   if (!reader) return glm::vec2(0);
-  const glm::vec2 texcoord = reader->Vector<glm::vec2>(vertex);
+  const glm::vec2 texcoord(source.transform * glm::dvec3(reader->Vector<glm::vec2>(vertex), 1));
   if (std::isfinite(texcoord.x) && std::isfinite(texcoord.y)) return texcoord;
-  const std::string name = "TEXCOORD_" + std::to_string(set);
+  const std::string name = "TEXCOORD_" + std::to_string(source.set);
   return absl::InvalidArgumentError(pointer + "/attributes/" + name + ": element " + std::to_string(vertex) +
                                     " is not finite (" + AccessorOf(primitive.attributes.at(name)) + ")");
 }
@@ -131,7 +133,8 @@ absl::StatusOr<Box3d> MeshBuilder::Measure(const tinygltf::Primitive& primitive,
   return bounds;
 }
 
-void MeshBuilder::AddTriangles(const Corners& corners, const AccessorReader& positions, const glm::dvec3& origin) {
+void MeshBuilder::AddTriangles(const Corners& corners, const AccessorReader& positions, const glm::dvec3& origin,
+                               bool deforms) {
   for (size_t triangle = 0; triangle < corners.triangles(); ++triangle) {
     uint32_t vertex[3];
     glm::vec3 position[3];
@@ -139,7 +142,9 @@ void MeshBuilder::AddTriangles(const Corners& corners, const AccessorReader& pos
       vertex[corner] = corners.Vertex(triangle, corner);
       position[corner] = Local(positions, vertex[corner], origin);
     }
-    if (HasArea(position[0], position[1], position[2])) {
+    // What is flat at rest need not be so when it is bent.
+    const bool is_line = vertex[0] == vertex[1] || vertex[1] == vertex[2] || vertex[2] == vertex[0];
+    if (deforms ? !is_line : HasArea(position[0], position[1], position[2])) {
       scene_.indices.insert(scene_.indices.end(), vertex, vertex + 3);
     } else {
       ++scene_.degenerate_triangles_dropped;
@@ -147,9 +152,10 @@ void MeshBuilder::AddTriangles(const Corners& corners, const AccessorReader& pos
   }
 }
 
-absl::Status MeshBuilder::AddVertices(const tinygltf::Primitive& primitive, const AccessorReader& positions,
-                                      const std::string& pointer, Mesh* mesh) {
-  const Attributes attributes(data_, primitive, scene_.materials[mesh->material]);
+absl::StatusOr<std::vector<uint32_t>> MeshBuilder::AddVertices(const tinygltf::Primitive& primitive,
+                                                               const AccessorReader& positions,
+                                                               const std::string& pointer, Mesh* mesh) {
+  const Attributes attributes(data_, primitive, scene_.materials[mesh->material], texcoords_[mesh->material]);
   uint32_t* const first = scene_.indices.data() + mesh->first_index;
   uint32_t* const last = first + mesh->index_count;
   const size_t largest = *std::max_element(first, last);
@@ -170,10 +176,12 @@ absl::Status MeshBuilder::AddVertices(const tinygltf::Primitive& primitive, cons
     const glm::vec3 normal = attributes.Normal(used[slot]);
     has_bad_normals = has_bad_normals || (attributes.normals && normal == glm::vec3(0));
     scene_.normals.push_back(normal);
-    ASSIGN_OR_RETURN(const glm::vec2 texcoord, Texcoord(attributes.texcoords, used[slot], primitive, pointer, 0));
+    ASSIGN_OR_RETURN(const glm::vec2 texcoord,
+                     Texcoord(attributes.texcoords, used[slot], primitive, pointer, attributes.sources[0]));
     scene_.texcoords.push_back(texcoord);
     if (attributes.texcoords1) {
-      ASSIGN_OR_RETURN(const glm::vec2 second, Texcoord(attributes.texcoords1, used[slot], primitive, pointer, 1));
+      ASSIGN_OR_RETURN(const glm::vec2 second,
+                       Texcoord(attributes.texcoords1, used[slot], primitive, pointer, attributes.sources[1]));
       scene_.texcoords1.resize(scene_.positions.size() - 1, glm::vec2(0));
       scene_.texcoords1.push_back(second);
     }
@@ -195,24 +203,87 @@ absl::Status MeshBuilder::AddVertices(const tinygltf::Primitive& primitive, cons
   if (!scene_.texcoords1.empty()) scene_.texcoords1.resize(scene_.positions.size(), glm::vec2(0));
   if (!scene_.tangents.empty()) scene_.tangents.resize(scene_.positions.size(), glm::vec4(0));
   if (!scene_.colors.empty()) scene_.colors.resize(scene_.positions.size(), glm::vec4(1));
+  return used;
+}
+
+absl::Status MeshBuilder::AddDeformed(const tinygltf::Primitive& primitive, const std::string& pointer,
+                                      const std::vector<uint32_t>& used, const DeformingNode& deforming,
+                                      const Mesh& mesh) {
+  Deformed deformed;
+  deformed.node = deforming.node;
+  deformed.mesh = uint32_t(scene_.meshes.size());
+  deformed.first_bind = uint32_t(scene_.bind_vertices.size());
+  deformed.first_bind_index = uint32_t(scene_.bind_indices.size());
+  deformed.bind_index_count = mesh.index_count;
+  deformed.first_influence = uint32_t(scene_.influences.size());
+  deformed.first_delta = uint32_t(scene_.morph_deltas.size());
+  deformed.target_count = uint32_t(primitive.targets.size());
+  std::vector<std::pair<AccessorReader, AccessorReader>> sets;  // joints and weights
+  for (int set = 0; deforming.has_skin; ++set) {
+    const auto joints = primitive.attributes.find("JOINTS_" + std::to_string(set));
+    const auto weights = primitive.attributes.find("WEIGHTS_" + std::to_string(set));
+    if (joints == primitive.attributes.end() || weights == primitive.attributes.end()) break;
+    sets.emplace_back(AccessorReader(data_, joints->second), AccessorReader(data_, weights->second));
+  }
+  if (deforming.has_skin && sets.empty()) {
+    warnings_.Add(pointer + "/attributes", "without JOINTS_0 and WEIGHTS_0 it goes with its skin's first joint");
+  }
+  deformed.influence_count = uint32_t(4 * sets.size());
+  const uint64_t bytes =
+      (scene_.bind_vertices.size() + used.size()) * uint64_t(sizeof(BindVertex)) +
+      (scene_.bind_indices.size() + mesh.index_count) * uint64_t(sizeof(uint32_t)) +
+      (scene_.influences.size() + used.size() * deformed.influence_count) * uint64_t(sizeof(Influence)) +
+      (scene_.morph_deltas.size() + used.size() * deformed.target_count) * uint64_t(sizeof(MorphDelta));
+  if (bytes > limits_.max_scene_bytes) {
+    return absl::InvalidArgumentError(pointer + ": skins and morph targets take over " +
+                                      std::to_string(limits_.max_scene_bytes) + " bytes, the limit");
+  }
+  const AccessorReader positions(data_, primitive.attributes.at("POSITION"));
+  const uint32_t* const first = scene_.indices.data() + mesh.first_index;
+  scene_.bind_indices.insert(scene_.bind_indices.end(), first, first + mesh.index_count);
+  for (uint32_t v = 0; v < used.size(); ++v) {
+    const uint32_t at = mesh.first_vertex + v;
+    BindVertex bind;
+    bind.position = positions.Vector<glm::vec3>(used[v]);
+    bind.normal = scene_.normals[at];
+    if (!scene_.tangents.empty()) bind.tangent = scene_.tangents[at];
+    scene_.bind_vertices.push_back(bind);
+    for (const auto& [joints, weights] : sets) {
+      const glm::vec4 weight = weights.Vector<glm::vec4>(used[v]);
+      for (int i = 0; i < 4; ++i) {
+        scene_.influences.push_back({joints.IndexAt(used[v], i), std::max(weight[i], 0.0f)});
+      }
+    }
+  }
+  for (const std::map<std::string, int>& target : primitive.targets) {
+    std::optional<AccessorReader> moves, normals, tangents;
+    const auto find = [&](const char* name, std::optional<AccessorReader>* reader) {
+      const auto attribute = target.find(name);
+      if (attribute != target.end()) reader->emplace(data_, attribute->second);
+    };
+    find("POSITION", &moves);
+    find("NORMAL", &normals);
+    find("TANGENT", &tangents);
+    for (const uint32_t vertex : used) {
+      MorphDelta delta;
+      if (moves) delta.position = moves->Vector<glm::vec3>(vertex);
+      if (normals) delta.normal = normals->Vector<glm::vec3>(vertex);
+      if (tangents) delta.tangent = tangents->Vector<glm::vec3>(vertex);
+      scene_.morph_deltas.push_back(delta);
+    }
+  }
+  scene_.deformed.push_back(deformed);
   return absl::OkStatus();
 }
 
 void MeshBuilder::AddClusters(Mesh* mesh) {
   mesh->first_cluster = uint32_t(scene_.clusters.size());
-  for (uint32_t first = 0; first < mesh->TriangleCount(); first += Cluster::kMaxTriangles) {
-    Cluster cluster;
-    cluster.first_triangle = first;
-    cluster.triangle_count = std::min(Cluster::kMaxTriangles, mesh->TriangleCount() - first);
-    for (uint32_t i = 3 * first; i < 3 * (first + cluster.triangle_count); ++i) {
-      cluster.bounds.Add(scene_.positions[mesh->first_vertex + scene_.indices[mesh->first_index + i]]);
-    }
-    scene_.clusters.push_back(cluster);
-  }
-  mesh->cluster_count = uint32_t(scene_.clusters.size()) - mesh->first_cluster;
+  mesh->cluster_count = (mesh->TriangleCount() + Cluster::kMaxTriangles - 1) / Cluster::kMaxTriangles;
+  for (uint32_t c = 0; c < mesh->cluster_count; ++c) scene_.clusters.push_back(scene_.MakeCluster(*mesh, c));
 }
 
-absl::Status MeshBuilder::Add(const tinygltf::Primitive& primitive, const std::string& pointer) {
+absl::Status MeshBuilder::Add(const tinygltf::Primitive& primitive, const std::string& pointer,
+                              const DeformingNode* deforming) {
   const auto attribute = primitive.attributes.find("POSITION");
   if (attribute == primitive.attributes.end() || primitive.mode < TINYGLTF_MODE_TRIANGLES) return absl::OkStatus();
   const AccessorReader positions(data_, attribute->second);
@@ -228,10 +299,10 @@ absl::Status MeshBuilder::Add(const tinygltf::Primitive& primitive, const std::s
   mesh.first_vertex = uint32_t(scene_.positions.size());
   mesh.first_index = uint32_t(scene_.indices.size());
   mesh.material = primitive.material >= 0 ? uint32_t(primitive.material) : uint32_t(scene_.materials.size() - 1);
-  AddTriangles(corners, positions, mesh.origin);
+  AddTriangles(corners, positions, mesh.origin, deforming != nullptr);
   mesh.index_count = uint32_t(scene_.indices.size()) - mesh.first_index;
   if (mesh.index_count == 0) return absl::OkStatus();
-  RETURN_IF_ERROR(AddVertices(primitive, positions, pointer, &mesh));
+  ASSIGN_OR_RETURN(const std::vector<uint32_t> used, AddVertices(primitive, positions, pointer, &mesh));
   const uint64_t bytes = scene_.positions.size() * uint64_t(2 * sizeof(glm::vec3) + sizeof(glm::vec2)) +
                          scene_.texcoords1.size() * uint64_t(sizeof(glm::vec2)) +
                          (scene_.tangents.size() + scene_.colors.size()) * uint64_t(sizeof(glm::vec4)) +
@@ -241,6 +312,7 @@ absl::Status MeshBuilder::Add(const tinygltf::Primitive& primitive, const std::s
                                       " bytes, the limit");
   }
   AddClusters(&mesh);
+  if (deforming != nullptr) RETURN_IF_ERROR(AddDeformed(primitive, pointer, used, *deforming, mesh));
   scene_.meshes.push_back(mesh);
   return absl::OkStatus();
 }

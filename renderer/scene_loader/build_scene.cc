@@ -5,9 +5,12 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
+#include <map>
 
+#include "renderer/scene/deform.h"
+#include "renderer/scene/pose.h"
 #include "renderer/scene_loader/build_meshes.h"
-#include "renderer/scene_loader/decode_image.h"
+#include "renderer/scene_loader/build_motion.h"
 #include "renderer/scene_loader/tinygltf.h"
 #include "renderer/scene_loader/validate_gltf.h"
 #include "renderer/status.h"
@@ -19,31 +22,6 @@ namespace {
 constexpr uint64_t kMaxInstancedTrianglesPerTriangle = 5;
 
 std::string Pointer(const char* array, size_t index) { return std::string("/") + array + "/" + std::to_string(index); }
-
-Wrap ToWrap(int mode) {
-  return mode == TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE     ? Wrap::kClampToEdge
-         : mode == TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT ? Wrap::kMirroredRepeat
-                                                         : Wrap::kRepeat;
-}
-
-// glTF leaves an absent filter (-1) to us: linear, with mips.
-bool MinifiesToNearest(int filter) {
-  return filter == TINYGLTF_TEXTURE_FILTER_NEAREST || filter == TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST ||
-         filter == TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR;
-}
-
-MipFilter ToMipFilter(int filter) {
-  switch (filter) {
-    case TINYGLTF_TEXTURE_FILTER_NEAREST:
-    case TINYGLTF_TEXTURE_FILTER_LINEAR:
-      return MipFilter::kNone;
-    case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
-    case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST:
-      return MipFilter::kNearest;
-    default:
-      return MipFilter::kLinear;
-  }
-}
 
 glm::dmat4 LocalMatrix(const tinygltf::Node& node) {
   if (node.matrix.size() == 16) return glm::make_mat4(node.matrix.data());
@@ -63,14 +41,16 @@ class Builder {
       : data_(data), model_(*data.model), limits_(limits), gltf_(*gltf) {}
 
   absl::StatusOr<FlatScene> Build() {
-    BuildImages();
-    BuildTextures();
-    for (size_t i = 0; i < model_.materials.size(); ++i) BuildMaterial(model_.materials[i], Pointer("materials", i));
-    scene_.materials.emplace_back();  // glTF's default
+    texcoords_ = BuildMaterials(data_, limits_, &gltf_, &scene_);
+    BuildSkins(data_, &scene_);
     RETURN_IF_ERROR(BuildMeshes());
     RETURN_IF_ERROR(BuildNodes());
+    RETURN_IF_ERROR(Deform({}, scene_.morph_weights, &scene_));
+    RETURN_IF_ERROR(CheckPlaces());
     BuildCameras();
     BuildScenes();
+    RETURN_IF_ERROR(BuildAnimations(data_, limits_, &gltf_, &scene_));
+    SuggestLights(gltf_, scene_, &gltf_.warnings);
     scene_.warnings = gltf_.warnings.Take();
     if (scene_.SizeBytes() > limits_.max_scene_bytes) {
       return absl::InvalidArgumentError("/: the scene takes " + std::to_string(scene_.SizeBytes()) +
@@ -80,92 +60,32 @@ class Builder {
   }
 
  private:
-  // Images that we cannot read are left out: their textures' materials keep their factor alone.
-  void BuildImages() {
-    for (size_t i = 0; i < gltf_.images.size(); ++i) {
-      EncodedImage image{Pointer("images", i), std::string(gltf_.images[i])};
-      const ImageHeader header = ReadImageHeader(image.bytes);
-      image.width = header.width;
-      image.height = header.height;
-      image_of_gltf_.push_back(-1);
-      if (header.format == ImageFormat::kUnknown) {
-        gltf_.warnings.Add(image.name, "neither a PNG nor a JPEG; its textures are left out");
-      } else if (!header.IsWithin(limits_.max_texture_pixels)) {
-        gltf_.warnings.Add(image.name, std::to_string(header.width) + " x " + std::to_string(header.height) +
-                                           " pixels are over the limit; its textures are left out");
-      } else {
-        image_of_gltf_.back() = int32_t(scene_.images.size());
-        scene_.images.push_back(std::move(image));
-      }
-    }
+  bool HasTargets(size_t mesh) const {
+    const auto& primitives = model_.meshes[mesh].primitives;
+    return std::any_of(primitives.begin(), primitives.end(), [](const auto& p) { return !p.targets.empty(); });
+  }
+  bool IsDeformed(const tinygltf::Node& node) const {
+    return node.mesh >= 0 && (node.skin >= 0 || HasTargets(size_t(node.mesh)));
   }
 
-  void BuildTextures() {
-    for (const tinygltf::Texture& source : model_.textures) {
-      const int32_t image = source.source < 0 ? -1 : image_of_gltf_[size_t(source.source)];
-      texture_of_gltf_.push_back(-1);
-      if (image < 0) continue;
-      texture_of_gltf_.back() = int32_t(scene_.textures.size());
-      Texture texture;
-      texture.image = uint32_t(image);
-      if (source.sampler >= 0) {
-        const tinygltf::Sampler& sampler = model_.samplers[size_t(source.sampler)];
-        texture.wrap_s = ToWrap(sampler.wrapS);
-        texture.wrap_t = ToWrap(sampler.wrapT);
-        texture.magnifies_to_nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
-        texture.minifies_to_nearest = MinifiesToNearest(sampler.minFilter);
-        texture.mip_filter = ToMipFilter(sampler.minFilter);
-      }
-      scene_.textures.push_back(texture);
-    }
-  }
-
-  // Any of tinygltf's kinds of texture info.
-  template <typename Info>
-  MaterialTexture BuildMaterialTexture(const Info& source, const std::string& pointer) {
-    MaterialTexture result;
-    if (source.index < 0) return result;
-    result.texture = texture_of_gltf_[size_t(source.index)];
-    result.texcoord = source.texCoord == 1 ? 1 : 0;
-    if (result.texture < 0) gltf_.warnings.Add(pointer, "has no image that can be read; left out");
-    return result;
-  }
-
-  void BuildMaterial(const tinygltf::Material& source, const std::string& pointer) {
-    const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
-    Material material;
-    material.name = source.name;
-    for (int i = 0; i < 4; ++i) material.base_color[i] = float(pbr.baseColorFactor[size_t(i)]);
-    material.base_color_texture =
-        BuildMaterialTexture(pbr.baseColorTexture, pointer + "/pbrMetallicRoughness/baseColorTexture");
-    material.metallic = float(pbr.metallicFactor);
-    material.roughness = float(pbr.roughnessFactor);
-    material.metallic_roughness_texture =
-        BuildMaterialTexture(pbr.metallicRoughnessTexture, pointer + "/pbrMetallicRoughness/metallicRoughnessTexture");
-    material.normal_texture = BuildMaterialTexture(source.normalTexture, pointer + "/normalTexture");
-    material.normal_scale = float(source.normalTexture.scale);
-    material.occlusion_texture = BuildMaterialTexture(source.occlusionTexture, pointer + "/occlusionTexture");
-    material.occlusion_strength = float(source.occlusionTexture.strength);
-    for (int i = 0; i < 3; ++i) material.emissive[i] = float(source.emissiveFactor[size_t(i)]);
-    material.emissive_texture = BuildMaterialTexture(source.emissiveTexture, pointer + "/emissiveTexture");
-    material.alpha_mode = source.alphaMode == "MASK"    ? AlphaMode::kMask
-                          : source.alphaMode == "BLEND" ? AlphaMode::kBlend
-                                                        : AlphaMode::kOpaque;
-    material.alpha_cutoff = float(source.alphaCutoff);
-    material.is_double_sided = source.doubleSided;
-    scene_.materials.push_back(material);
-  }
-
+  // Every mesh once for all nodes that do not bend it, and once for each one that does.
   absl::Status BuildMeshes() {
-    MeshBuilder builder(data_, limits_, &scene_, &gltf_.warnings);
-    for (size_t m = 0; m < model_.meshes.size(); ++m) {
-      first_mesh_.push_back(uint32_t(scene_.meshes.size()));
-      for (size_t p = 0; p < model_.meshes[m].primitives.size(); ++p) {
-        const std::string pointer = Pointer("meshes", m) + "/primitives/" + std::to_string(p);
-        RETURN_IF_ERROR(builder.Add(model_.meshes[m].primitives[p], pointer));
-      }
+    MeshBuilder builder(data_, limits_, texcoords_, &scene_, &gltf_.warnings);
+    std::vector<bool> is_deformed(model_.meshes.size(), false), is_shared(model_.meshes.size(), false);
+    for (const tinygltf::Node& node : model_.nodes) {
+      if (node.mesh >= 0) (IsDeformed(node) ? is_deformed : is_shared)[size_t(node.mesh)] = true;
     }
-    first_mesh_.push_back(uint32_t(scene_.meshes.size()));
+    for (size_t m = 0; m < model_.meshes.size(); ++m) {
+      MeshRange range{uint32_t(scene_.meshes.size()), 0};
+      if (is_shared[m] || !is_deformed[m]) RETURN_IF_ERROR(AddMesh(m, nullptr, &builder, &range));
+      shared_.push_back(range);
+    }
+    for (size_t n = 0; n < model_.nodes.size(); ++n) {
+      const tinygltf::Node& node = model_.nodes[n];
+      if (!IsDeformed(node)) continue;
+      const DeformingNode deforming{uint32_t(n), node.skin >= 0};
+      RETURN_IF_ERROR(AddMesh(size_t(node.mesh), &deforming, &builder, &deformed_[n]));
+    }
     if (scene_.degenerate_triangles_dropped > 0) {
       gltf_.warnings.Add(
           "/meshes", "triangles without an area are dropped: " + std::to_string(scene_.degenerate_triangles_dropped));
@@ -173,32 +93,73 @@ class Builder {
     return absl::OkStatus();
   }
 
+  struct MeshRange {
+    uint32_t first = 0, count = 0;
+  };
+  absl::Status AddMesh(size_t m, const DeformingNode* deforming, MeshBuilder* builder, MeshRange* range) {
+    range->first = uint32_t(scene_.meshes.size());
+    for (size_t p = 0; p < model_.meshes[m].primitives.size(); ++p) {
+      const std::string pointer = Pointer("meshes", m) + "/primitives/" + std::to_string(p);
+      RETURN_IF_ERROR(builder->Add(model_.meshes[m].primitives[p], pointer, deforming));
+    }
+    range->count = uint32_t(scene_.meshes.size()) - range->first;
+    return absl::OkStatus();
+  }
+
+  // Its own, else the mesh's, else zeros: as many as the mesh has targets.
+  absl::Status BuildWeights(const tinygltf::Node& source, Node* node) {
+    if (source.mesh < 0) return absl::OkStatus();
+    const tinygltf::Mesh& mesh = model_.meshes[size_t(source.mesh)];
+    node->first_weight = uint32_t(scene_.morph_weights.size());
+    for (const tinygltf::Primitive& primitive : mesh.primitives) {
+      node->weight_count = std::max(node->weight_count, uint32_t(primitive.targets.size()));
+    }
+    if ((scene_.morph_weights.size() + node->weight_count) * sizeof(float) > limits_.max_scene_bytes) {
+      return absl::InvalidArgumentError(Pointer("nodes", scene_.nodes.size()) +
+                                        ": weights of morph targets take over " +
+                                        std::to_string(limits_.max_scene_bytes) + " bytes, the limit");
+    }
+    const std::vector<double>& weights = source.weights.empty() ? mesh.weights : source.weights;
+    if (!weights.empty() && weights.size() != node->weight_count) {
+      gltf_.warnings.Add(
+          Pointer("meshes", size_t(source.mesh)) + "/weights",
+          std::to_string(weights.size()) + " weights for " + std::to_string(node->weight_count) + " morph targets");
+    }
+    for (size_t i = 0; i < node->weight_count; ++i) {
+      scene_.morph_weights.push_back(i < weights.size() ? float(weights[i]) : 0.0f);
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status BuildNodes() {
-    for (const tinygltf::Node& source : model_.nodes) {
+    for (size_t i = 0; i < model_.nodes.size(); ++i) {
+      const tinygltf::Node& source = model_.nodes[i];
       Node node;
       node.name = source.name;
       node.local = LocalMatrix(source);
       if (source.mesh >= 0) {
-        node.first_mesh = first_mesh_[size_t(source.mesh)];
-        node.mesh_count = first_mesh_[size_t(source.mesh) + 1] - node.first_mesh;
+        const MeshRange range = IsDeformed(source) ? deformed_[i] : shared_[size_t(source.mesh)];
+        node.first_mesh = range.first;
+        node.mesh_count = range.count;
+        node.skin = source.skin;
       }
       node.camera = source.camera;
+      RETURN_IF_ERROR(BuildWeights(source, &node));
+      if (const auto extensions = gltf_.node_extensions.find(i); extensions != gltf_.node_extensions.end()) {
+        RETURN_IF_ERROR(
+            BuildPlaces(data_, Place(extensions->second, Pointer("nodes", i) + "/extensions"), &node, &scene_));
+      }
       scene_.nodes.push_back(node);
     }
     for (size_t i = 0; i < model_.nodes.size(); ++i) {
       for (const int child : model_.nodes[i].children) scene_.nodes[size_t(child)].parent = int32_t(i);
     }
-    std::vector<std::pair<size_t, glm::dmat4>> stack;  // of our own: the graph may be as deep as it has nodes
-    for (size_t i = 0; i < scene_.nodes.size(); ++i) {
-      if (scene_.nodes[i].parent < 0) stack.emplace_back(i, glm::dmat4(1));
-    }
-    while (!stack.empty()) {
-      const auto [node, world_from_parent] = stack.back();
-      stack.pop_back();
-      const glm::dmat4 world_from_node = world_from_parent * scene_.nodes[node].local;
-      RETURN_IF_ERROR(CheckPlace(node, world_from_node));
-      for (const int child : model_.nodes[node].children) stack.emplace_back(size_t(child), world_from_node);
-    }
+    return absl::OkStatus();
+  }
+
+  absl::Status CheckPlaces() {
+    const std::vector<glm::dmat4> world = WorldFromNodes(scene_);
+    for (size_t i = 0; i < scene_.nodes.size(); ++i) RETURN_IF_ERROR(CheckPlace(i, world[i]));
     return absl::OkStatus();
   }
 
@@ -210,27 +171,25 @@ class Builder {
         return absl::InvalidArgumentError(Pointer("nodes", index) + ": its world matrix is not finite");
       }
     }
-    instances_ += node.mesh_count;
+    const uint64_t copies = std::max(1u, node.place_count);
+    instances_ += copies * node.mesh_count;
     if (instances_ > kMaxElements) {
       return absl::InvalidArgumentError(Pointer("nodes", index) + ": the scene has over " +
-                                        std::to_string(kMaxElements) + " instances of meshes, the limit");
+                                        std::to_string(kMaxElements) + " instances of meshes, the limit" +
+                                        (node.place_count > 0 ? " (EXT_mesh_gpu_instancing)" : ""));
     }
     for (uint32_t m = node.first_mesh; m < node.first_mesh + node.mesh_count; ++m) {
-      const Mesh& mesh = scene_.meshes[m];
-      instanced_triangles_ += mesh.TriangleCount();
+      instanced_triangles_ += copies * scene_.meshes[m].TriangleCount();
       const uint64_t limit = kMaxInstancedTrianglesPerTriangle * limits_.max_triangles;
       if (instanced_triangles_ > limit) {
         return absl::InvalidArgumentError(Pointer("nodes", index) + ": the instances have over " +
                                           std::to_string(limit) + " triangles, the limit");
       }
-      for (int corner = 0; corner < 8; ++corner) {
-        glm::dvec3 position = mesh.origin;
-        for (int i = 0; i < 3; ++i) position[i] += corner >> i & 1 ? mesh.bounds.max[i] : mesh.bounds.min[i];
-        const glm::dvec4 world = world_from_node * glm::dvec4(position, 1);
-        for (int i = 0; i < 3; ++i) {
-          if (std::abs(world[i]) <= kMaxCoordinateM) continue;
-          return absl::InvalidArgumentError(Pointer("nodes", index) + ": its mesh reaches over 1e18 m away");
-        }
+      if (node.skin >= 0) continue;  // stands in the world, where Deform has checked it
+      for (uint32_t p = 0; p < copies; ++p) {
+        const Mesh& mesh = scene_.meshes[m];
+        if (BoxInWorld(mesh, glm::translate(WorldFromPlace(scene_, node, p, world_from_node), mesh.origin))) continue;
+        return absl::InvalidArgumentError(Pointer("nodes", index) + ": its mesh reaches over 1e18 m away");
       }
     }
     return absl::OkStatus();
@@ -275,8 +234,9 @@ class Builder {
   const SceneLoadLimits& limits_;
   Gltf& gltf_;
   FlatScene scene_;
-  std::vector<int32_t> image_of_gltf_, texture_of_gltf_;  // -1: left out
-  std::vector<uint32_t> first_mesh_;                      // of each glTF mesh, and one past the last
+  std::vector<TexcoordSources> texcoords_;  // of materials
+  std::vector<MeshRange> shared_;           // of each glTF mesh
+  std::map<size_t, MeshRange> deformed_;    // of each node that bends its mesh
   uint64_t instances_ = 0, instanced_triangles_ = 0;
 };
 

@@ -70,8 +70,8 @@ absl::Status CheckJoints(const GltfData& data) {
         if (!name.starts_with("JOINTS_")) continue;
         const uint32_t joint = AccessorReader(data, accessor).LargestIndex();
         if (joint < largest.joint) continue;
-        largest = {joint, "/meshes/" + std::to_string(node.mesh) + "/primitives/" + std::to_string(p) +
-                              "/attributes/JOINTS_0 (/accessors/" + std::to_string(accessor) + ")"};
+        largest = {joint, "/meshes/" + std::to_string(node.mesh) + "/primitives/" + std::to_string(p) + "/attributes/" +
+                              name + " (/accessors/" + std::to_string(accessor) + ")"};
       }
     }
     const size_t joints = data.model->skins[size_t(node.skin)].joints.size();

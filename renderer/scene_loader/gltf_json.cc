@@ -35,6 +35,11 @@ std::string Place::MemberPointer(const std::string& key) const {
   return pointer;
 }
 
+bool Place::HasExtension(const char* name) const {
+  return Has("extensions") && Member("extensions").json().is_object() && Member("extensions").Has(name) &&
+         Extension(name).json().is_object();
+}
+
 Place Place::Member(const std::string& key) const { return {(*json_)[key], MemberPointer(key)}; }
 
 absl::Status Place::FaultAt(const std::string& key, const std::string& what) const {
@@ -130,6 +135,12 @@ std::vector<std::string> Warnings::Take() {
 }
 
 size_t Gltf::Count(const std::string& array) const { return json.contains(array) ? json[array].size() : 0; }
+
+bool Gltf::Uses(const std::string& extension) const {
+  if (!json.contains("extensionsUsed")) return false;
+  const Json& used = json["extensionsUsed"];
+  return std::find(used.begin(), used.end(), extension) != used.end();
+}
 
 Place Gltf::At(const std::string& array, size_t index) const {
   return {json[array][index], "/" + array + "/" + std::to_string(index)};

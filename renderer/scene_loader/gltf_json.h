@@ -31,6 +31,9 @@ class Place {
 
   // Of an object. Member and MemberPointer escape the key; the member must be there.
   bool Has(const std::string& key) const { return json_->contains(key); }
+  // Whether there is an object extensions/name here.
+  bool HasExtension(const char* name) const;
+  Place Extension(const char* name) const { return Member("extensions").Member(name); }
   Place Member(const std::string& key) const;
   absl::Status FaultAt(const std::string& key, const std::string& what) const;
   absl::StatusOr<Place> Object(const std::string& key) const;
@@ -76,12 +79,16 @@ class Warnings {
 // A glTF on its way through validation.
 struct Gltf {
   Json json;
-  std::vector<std::string_view> buffers;  // exactly byteLength long; into the root, the file map, or decoded_uris
+  std::vector<std::string_view> buffers;  // exactly byteLength long; into the root, the file map, or `decoded`
   std::vector<std::string_view> images;   // encoded
-  std::deque<std::string> decoded_uris;
+  std::deque<std::string> decoded;        // bytes of ours that buffers and images may point to
   Warnings warnings;
+  // What the flat scene is built from beside tinygltf's model, kept when the rest of the JSON goes.
+  Json materials, textures, animations, lights;
+  std::map<size_t, Json> node_extensions;
 
   size_t Count(const std::string& array) const;
+  bool Uses(const std::string& extension) const;  // says that it uses it
   Place At(const std::string& array, size_t index) const;
   // The element of a top-level array that `from`'s member, or an index in an array, names.
   absl::StatusOr<Place> Follow(const Place& from, const std::string& key, const std::string& array) const;

@@ -9,9 +9,9 @@ absl::StatusOr<std::string_view> ResolveUri(const Place& owner, const FileMap& f
   const Place place = owner.Member("uri");
   const auto& uri = place.json().get_ref<const std::string&>();
   if (IsDataUri(uri)) {
-    gltf->decoded_uris.emplace_back();
-    if (!DecodeDataUri(uri, &gltf->decoded_uris.back())) return place.Fault("a malformed data URI");
-    return gltf->decoded_uris.back();
+    gltf->decoded.emplace_back();
+    if (!DecodeDataUri(uri, &gltf->decoded.back())) return place.Fault("a malformed data URI");
+    return gltf->decoded.back();
   }
   std::string path;
   if (!PercentDecode(uri, &path)) return place.Fault(Quoted(uri) + ": a malformed percent escape");
@@ -32,6 +32,9 @@ absl::Status ResolveBuffer(const GltfContainer& container, const FileMap& files,
     if (bytes.size() > length + kPadding) {
       gltf->warnings.Add(buffer.pointer(), std::to_string(bytes.size() - length) + " more bytes in the BIN chunk");
     }
+  } else if (gltf->Uses("EXT_meshopt_compression") && IsMeshoptFallback(buffer)) {
+    gltf->buffers.emplace_back();  // every view of it is decompressed instead (decompress.cc)
+    return absl::OkStatus();
   } else {
     return buffer.Fault("has no uri, and the file has no BIN chunk for it");
   }
@@ -51,8 +54,10 @@ absl::Status ResolveImage(const FileMap& files, const Place& image, Gltf* gltf) 
     return absl::OkStatus();
   }
   ASSIGN_OR_RETURN(const Place view, gltf->Follow(image, "bufferView", "bufferViews"));
-  gltf->images.push_back(gltf->buffers[view.json()["buffer"].get<size_t>()].substr(
-      view.json().value("byteOffset", size_t(0)), view.json()["byteLength"].get<size_t>()));
+  const std::string_view buffer = gltf->buffers[view.json()["buffer"].get<size_t>()];
+  if (buffer.empty()) return image.FaultAt("bufferView", "must not be a compressed view");
+  gltf->images.push_back(
+      buffer.substr(view.json().value("byteOffset", size_t(0)), view.json()["byteLength"].get<size_t>()));
   return absl::OkStatus();
 }
 

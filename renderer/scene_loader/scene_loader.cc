@@ -36,6 +36,22 @@ void Strip(Json& json) {
   }
 }
 
+// Moves what tinygltf does not read, or not as we do, out of its way.
+void KeepForBuild(Gltf* gltf) {
+  Json& json = gltf->json;
+  gltf->materials = json.value("materials", Json::array());
+  gltf->textures = json.value("textures", Json::array());
+  if (json.contains("animations")) gltf->animations = std::move(json["animations"]);
+  const Place root(json, "");
+  if (root.HasExtension("KHR_lights_punctual")) {
+    gltf->lights = root.Extension("KHR_lights_punctual").json().value("lights", Json::array());
+  }
+  for (size_t i = 0; i < gltf->Count("nodes"); ++i) {
+    Json& node = json["nodes"][i];
+    if (node.contains("extensions")) gltf->node_extensions[i] = std::move(node["extensions"]);
+  }
+}
+
 absl::StatusOr<tinygltf::Model> ParseModel(Json json) {
   Strip(json);
   for (const char* name : {"buffers", "images", "extensionsUsed", "extensionsRequired", "animations"}) json.erase(name);
@@ -69,14 +85,13 @@ absl::StatusOr<FlatScene> LoadGltf(const std::string& root, const FileMap& files
   }
   ASSIGN_OR_RETURN(const GltfContainer container, OpenContainer(root, limits));
   ASSIGN_OR_RETURN(Gltf gltf, ValidateGltf(container, files, limits));
-  const size_t animations = gltf.Count("animations");
+  KeepForBuild(&gltf);
   ASSIGN_OR_RETURN(const tinygltf::Model model, ParseModel(std::move(gltf.json)));
   const GltfData data{&model, &gltf.buffers};
   RETURN_IF_ERROR(CheckSparseIndices(data));
-  ASSIGN_OR_RETURN(FlatScene scene, BuildFlatScene(data, limits, &gltf));
   RETURN_IF_ERROR(CheckJoints(data));
+  ASSIGN_OR_RETURN(FlatScene scene, BuildFlatScene(data, limits, &gltf));
   RETURN_IF_ERROR(CheckFloats(data));
-  scene.animation_count = uint32_t(animations);
   return scene;
 }
 

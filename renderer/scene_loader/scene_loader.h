@@ -27,7 +27,7 @@ using FileMap = std::map<std::string, const std::string*>;
 
 // Errors: INVALID_ARGUMENT, the message starting with the JSON pointer of the fault ("/accessors/3/bufferView: 7; the
 // file has 2"), or with "GLB:" for the container; UNIMPLEMENTED never: what we do not have is refused by name with
-// INVALID_ARGUMENT ("/extensionsRequired/0: KHR_draco_mesh_compression is not supported").
+// INVALID_ARGUMENT ("/extensionsRequired/0: \"EXT_texture_webp\" is not supported").
 absl::StatusOr<FlatScene> LoadGltf(const std::string& root, const FileMap& files, const SceneLoadLimits& limits);
 
 }  // namespace halfshade

@@ -52,7 +52,7 @@ absl::Status CheckBufferView(const Gltf& gltf, const Place& view) {
   }
   ASSIGN_OR_RETURN(const int64_t stride, view.IntegerOr("byteStride", 4, 252, 4));
   if (stride % 4 != 0) return view.FaultAt("byteStride", std::to_string(stride) + "; must be a multiple of 4");
-  return absl::OkStatus();
+  return gltf.Uses("EXT_meshopt_compression") ? CheckMeshoptView(gltf, view) : absl::OkStatus();
 }
 
 // A packed array of a sparse accessor: its indices or its values.

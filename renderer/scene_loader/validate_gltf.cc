@@ -11,9 +11,17 @@
 namespace halfshade {
 namespace {
 
-// Required extensions that we implement; every other one is refused by name.
+// Extensions that we implement; every other one is refused by name where it is required.
 const std::set<std::string>& SupportedExtensions() {
-  static const auto& extensions = *new std::set<std::string>{};
+  static const auto& extensions = *new std::set<std::string>{"EXT_mesh_gpu_instancing",
+                                                             "EXT_meshopt_compression",
+                                                             "KHR_draco_mesh_compression",
+                                                             "KHR_lights_punctual",
+                                                             "KHR_materials_emissive_strength",
+                                                             "KHR_materials_unlit",
+                                                             "KHR_mesh_quantization",
+                                                             "KHR_texture_basisu",
+                                                             "KHR_texture_transform"};
   return extensions;
 }
 
@@ -129,6 +137,7 @@ absl::StatusOr<Gltf> ValidateGltf(const GltfContainer& container, const FileMap&
   RETURN_IF_ERROR(ValidateMeshes(&gltf));
   RETURN_IF_ERROR(ValidateNodes(&gltf));
   RETURN_IF_ERROR(ResolveBytes(container, files, &gltf));
+  RETURN_IF_ERROR(Decompress(limits, &gltf));
   return gltf;
 }
 

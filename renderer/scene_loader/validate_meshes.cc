@@ -11,16 +11,15 @@ constexpr int64_t kFloat = 5126;
 constexpr int64_t kTriangles = 4;
 // Beyond it a normal map is a plane of edges; a float of it still has a length.
 constexpr double kMaxNormalScale = 1e6;
+constexpr double kMaxMorphWeight = 1e6;
+constexpr double kMaxEmission = 1e15;
 
 absl::Status CheckTextureInfo(const Place& owner, const char* key, Gltf* gltf) {
   if (!owner.Has(key)) return absl::OkStatus();
   ASSIGN_OR_RETURN(const Place info, owner.Object(key));
   RETURN_IF_ERROR(gltf->Follow(info, "index", "textures").status());
-  ASSIGN_OR_RETURN(const int64_t texcoord, info.IntegerOr("texCoord", 0, 1 << 20, 0));
-  if (texcoord > 1) {
-    gltf->warnings.Add(info.pointer() + "/texCoord", "only TEXCOORD_0 and TEXCOORD_1 are read; drawn with TEXCOORD_0");
-  }
-  return absl::OkStatus();
+  RETURN_IF_ERROR(info.IntegerOr("texCoord", 0, 1 << 20, 0).status());
+  return CheckTextureTransform(info);
 }
 
 absl::Status CheckPbr(const Place& material, Gltf* gltf) {
@@ -53,8 +52,13 @@ absl::Status CheckMaterial(const Place& material, Gltf* gltf) {
       return material.FaultAt("alphaMode", Quoted(mode) + "; must be OPAQUE, MASK or BLEND");
     }
     if (mode == "BLEND") {
-      gltf->warnings.Add(material.Member("alphaMode").pointer(), "BLEND is drawn, and occludes, as OPAQUE");
+      gltf->warnings.Add(material.Member("alphaMode").pointer(),
+                         "BLEND is drawn, and occludes, where alpha is at least .5");
     }
+  }
+  if (material.HasExtension("KHR_materials_emissive_strength")) {
+    RETURN_IF_ERROR(
+        material.Extension("KHR_materials_emissive_strength").CheckNumber("emissiveStrength", 0, kMaxEmission));
   }
   return material.CheckNumber("alphaCutoff", 0, kLargest);
 }
@@ -74,19 +78,27 @@ absl::StatusOr<Place> CheckAttribute(const Gltf& gltf, const Place& attributes, 
   return accessor;
 }
 
-absl::Status CheckType(const Place& attributes, const std::string& name, const Place& accessor, const char* type,
-                       bool allows_normalized) {
+// What integers may stand for floats beside KHR_mesh_quantization, which allows signed ones and what is not normalized.
+enum class Normalized : uint8_t { kNone, kUnsigned };
+
+// An attribute of floats, or of the integers that may stand for them.
+absl::Status CheckType(const Gltf& gltf, const Place& attributes, const std::string& name, const Place& accessor,
+                       const char* type, Normalized allowed) {
   const Json& json = accessor.json();
   if (json["type"] != type) {
     return attributes.FaultAt(name,
                               accessor.pointer() + " is " + json["type"].get<std::string>() + "; must be " + type);
   }
   const int64_t component = json["componentType"].get<int64_t>();
-  const bool is_normalized = json.value("normalized", false) && (component == 5121 || component == 5123);
-  if (component == kFloat || (allows_normalized && is_normalized)) return absl::OkStatus();
+  const bool is_small = component != kFloat && ComponentBytes(component) < 4;
+  const bool is_unsigned = component == 5121 || component == 5123;
+  const bool is_quantized = is_small && gltf.Uses("KHR_mesh_quantization");
+  const bool is_normalized = is_unsigned && allowed == Normalized::kUnsigned && json.value("normalized", false);
+  if (component == kFloat || is_quantized || is_normalized) return absl::OkStatus();
   return attributes.FaultAt(
       name, accessor.pointer() + " has componentType " + std::to_string(component) +
-                (allows_normalized ? "; must be float or a normalized unsigned byte or short" : "; must be float"));
+                (allowed == Normalized::kUnsigned ? "; must be float or a normalized unsigned byte or short"
+                                                  : "; must be float, or KHR_mesh_quantization be used"));
 }
 
 absl::Status CheckTargets(const Place& primitive, int64_t count, Gltf* gltf) {
@@ -96,10 +108,12 @@ absl::Status CheckTargets(const Place& primitive, int64_t count, Gltf* gltf) {
     const Place target = targets.Element(i);
     if (!target.json().is_object()) return target.Fault("must be an object");
     for (const auto& [name, index] : target.json().items()) {
-      RETURN_IF_ERROR(CheckAttribute(*gltf, target, name, count).status());
+      ASSIGN_OR_RETURN(const Place accessor, CheckAttribute(*gltf, target, name, count));
+      if (name == "POSITION" || name == "NORMAL" || name == "TANGENT") {
+        RETURN_IF_ERROR(CheckType(*gltf, target, name, accessor, "VEC3", Normalized::kNone));
+      }
     }
   }
-  gltf->warnings.Add(targets.pointer(), "morph targets are not applied");
   return absl::OkStatus();
 }
 
@@ -111,7 +125,10 @@ absl::Status CheckIndices(const Place& primitive, int64_t mode, Gltf* gltf) {
     return primitive.FaultAt("indices", accessor.pointer() + " must be SCALAR of unsigned integers");
   }
   // tinygltf asks so too.
-  if (!accessor.Has("bufferView")) return primitive.FaultAt("indices", accessor.pointer() + " has no bufferView");
+  const bool is_compressed =
+      gltf->Uses("KHR_draco_mesh_compression") && primitive.HasExtension("KHR_draco_mesh_compression");
+  if (!accessor.Has("bufferView") && !is_compressed)
+    return primitive.FaultAt("indices", accessor.pointer() + " has no bufferView");
   const int64_t count = accessor.json()["count"].get<int64_t>();
   if (mode == kTriangles && count % 3 != 0) {
     gltf->warnings.Add(primitive.Member("indices").pointer(),
@@ -139,25 +156,34 @@ absl::Status CheckPrimitive(const Place& primitive, Gltf* gltf) {
   for (const auto& [name, index] : attributes.json().items()) {
     ASSIGN_OR_RETURN(const Place accessor, CheckAttribute(*gltf, attributes, name, count));
     if (name == "POSITION" || name == "NORMAL") {
-      RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC3", false));
+      RETURN_IF_ERROR(CheckType(*gltf, attributes, name, accessor, "VEC3", Normalized::kNone));
     } else if (name == "TANGENT") {
-      RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC4", false));
-    } else if (name == "TEXCOORD_0" || name == "TEXCOORD_1") {
-      RETURN_IF_ERROR(CheckType(attributes, name, accessor, "VEC2", true));
+      RETURN_IF_ERROR(CheckType(*gltf, attributes, name, accessor, "VEC4", Normalized::kNone));
+    } else if (name.starts_with("TEXCOORD_")) {
+      RETURN_IF_ERROR(CheckType(*gltf, attributes, name, accessor, "VEC2", Normalized::kUnsigned));
     } else if (name.starts_with("JOINTS_")) {
       const int64_t component = accessor.json()["componentType"].get<int64_t>();
       if (accessor.json()["type"] != "VEC4" || (component != 5121 && component != 5123)) {
         return attributes.FaultAt(name, accessor.pointer() + " must be VEC4 of unsigned bytes or shorts");
       }
+    } else if (name.starts_with("WEIGHTS_")) {
+      RETURN_IF_ERROR(CheckType(*gltf, attributes, name, accessor, "VEC4", Normalized::kUnsigned));
     } else if (name == "COLOR_0") {
       const bool has_alpha = accessor.json()["type"] == "VEC4";
-      RETURN_IF_ERROR(CheckType(attributes, name, accessor, has_alpha ? "VEC4" : "VEC3", true));
+      RETURN_IF_ERROR(CheckType(*gltf, attributes, name, accessor, has_alpha ? "VEC4" : "VEC3", Normalized::kUnsigned));
     }
   }
+  if (gltf->Uses("KHR_draco_mesh_compression")) RETURN_IF_ERROR(CheckDracoPrimitive(primitive, gltf));
   return CheckTargets(primitive, count, gltf);
 }
 
 }  // namespace
+
+absl::Status CheckWeights(const Place& owner) {
+  if (!owner.Has("weights")) return absl::OkStatus();
+  ASSIGN_OR_RETURN(const Place weights, owner.Array("weights"));
+  return owner.CheckNumbers("weights", weights.size(), -kMaxMorphWeight, kMaxMorphWeight);
+}
 
 absl::Status ValidateMeshes(Gltf* gltf) {
   for (size_t i = 0; i < gltf->Count("materials"); ++i) {
@@ -172,6 +198,7 @@ absl::Status ValidateMeshes(Gltf* gltf) {
       return primitives.Fault("the file has over " + std::to_string(kMaxElements) + " primitives, the limit");
     }
     for (size_t k = 0; k < primitives.size(); ++k) RETURN_IF_ERROR(CheckPrimitive(primitives.Element(k), gltf));
+    RETURN_IF_ERROR(CheckWeights(gltf->At("meshes", i)));
   }
   return absl::OkStatus();
 }

@@ -1,5 +1,4 @@
 #include <cmath>
-#include <limits>
 
 #include "renderer/scene_loader/validate_parts.h"
 #include "renderer/status.h"
@@ -62,7 +61,10 @@ absl::Status CheckNode(const Place& node, Gltf* gltf) {
   RETURN_IF_ERROR(gltf->CheckOptionalIndex(node, "mesh", "meshes"));
   RETURN_IF_ERROR(gltf->CheckOptionalIndex(node, "camera", "cameras"));
   RETURN_IF_ERROR(gltf->CheckOptionalIndex(node, "skin", "skins"));
-  if (node.Has("skin")) gltf->warnings.Add(node.pointer() + "/skin", "skins are not applied");
+  if (node.Has("skin") && !node.Has("mesh"))
+    gltf->warnings.Add(node.pointer() + "/skin", "without a mesh nothing is bent");
+  RETURN_IF_ERROR(CheckWeights(node));
+  RETURN_IF_ERROR(CheckNodeExtensions(*gltf, node, &gltf->warnings));
   return CheckTransform(node, gltf);
 }
 
@@ -146,6 +148,7 @@ absl::Status CheckScene(const Gltf& gltf, const Place& scene, const Forest& fore
 absl::Status CheckSkin(const Gltf& gltf, const Place& skin, const Forest& forest) {
   RETURN_IF_ERROR(skin.Array("joints").status());
   RETURN_IF_ERROR(gltf.CheckIndexList(skin, "joints", "nodes"));
+  if (skin.json()["joints"].empty()) return skin.FaultAt("joints", "must not be empty");
   RETURN_IF_ERROR(gltf.CheckOptionalIndex(skin, "skeleton", "nodes"));
   const Json& joints = skin.json()["joints"];
   if (skin.Has("skeleton")) {
@@ -169,32 +172,10 @@ absl::Status CheckSkin(const Gltf& gltf, const Place& skin, const Forest& forest
   return absl::OkStatus();
 }
 
-absl::Status CheckAnimation(const Gltf& gltf, const Place& animation) {
-  ASSIGN_OR_RETURN(const Place samplers, animation.Array("samplers"));
-  for (size_t i = 0; i < samplers.size(); ++i) {
-    const Place sampler = samplers.Element(i);
-    if (!sampler.json().is_object()) return sampler.Fault("must be an object");
-    RETURN_IF_ERROR(gltf.Follow(sampler, "input", "accessors").status());
-    RETURN_IF_ERROR(gltf.Follow(sampler, "output", "accessors").status());
-  }
-  ASSIGN_OR_RETURN(const Place channels, animation.Array("channels"));
-  for (size_t i = 0; i < channels.size(); ++i) {
-    const Place channel = channels.Element(i);
-    if (!channel.json().is_object()) return channel.Fault("must be an object");
-    ASSIGN_OR_RETURN(const int64_t sampler, channel.Integer("sampler", 0, std::numeric_limits<int32_t>::max()));
-    if (uint64_t(sampler) >= samplers.size()) {
-      return channel.FaultAt("sampler",
-                             std::to_string(sampler) + "; the animation has " + std::to_string(samplers.size()));
-    }
-    ASSIGN_OR_RETURN(const Place target, channel.Object("target"));
-    RETURN_IF_ERROR(gltf.CheckOptionalIndex(target, "node", "nodes"));
-  }
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 absl::Status ValidateNodes(Gltf* gltf) {
+  RETURN_IF_ERROR(CheckLights(*gltf, &gltf->warnings));
   for (size_t i = 0; i < gltf->Count("cameras"); ++i) RETURN_IF_ERROR(CheckCamera(gltf->At("cameras", i), gltf));
   for (size_t i = 0; i < gltf->Count("nodes"); ++i) RETURN_IF_ERROR(CheckNode(gltf->At("nodes", i), gltf));
   ASSIGN_OR_RETURN(const Forest forest, CheckForest(*gltf));
@@ -207,7 +188,7 @@ absl::Status ValidateNodes(Gltf* gltf) {
   }
   for (size_t i = 0; i < gltf->Count("skins"); ++i) RETURN_IF_ERROR(CheckSkin(*gltf, gltf->At("skins", i), forest));
   for (size_t i = 0; i < gltf->Count("animations"); ++i) {
-    RETURN_IF_ERROR(CheckAnimation(*gltf, gltf->At("animations", i)));
+    RETURN_IF_ERROR(CheckAnimation(*gltf, gltf->At("animations", i), &gltf->warnings));
   }
   return absl::OkStatus();
 }

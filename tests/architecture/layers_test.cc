@@ -35,7 +35,7 @@ const std::vector<Room> kRooms = {
     {"renderer/scene/", {"renderer/math/"}},
     {"renderer/scene/scene_on_context", {"renderer/gl/", "renderer/renderer.h"}},  // ImageDecoder
     {"renderer/scene/ray_", {"renderer/renderer.h"}},                              // ImageDecoder
-    {"renderer/scene_loader/", {"renderer/scene/flat_scene.h", "renderer/scene/pose.h"}},
+    {"renderer/scene_loader/", {"renderer/scene/deform.h", "renderer/scene/flat_scene.h", "renderer/scene/pose.h"}},
     {"renderer/scene_loader/decode_image", {"renderer/scene/", "renderer/renderer.h"}},  // Rgba8Image
     {"renderer/plan/", {"renderer/math/", "renderer/scene/flat_scene.h", "renderer/scene/pose.h"}},
     {"renderer/light/", {"renderer/gl/", "renderer/image/", "renderer/math/", "renderer/scene/"}},
@@ -76,8 +76,7 @@ const std::vector<Room> kRooms = {
     {"renderer/status.h", {}},
     {"server/",
      {"halfshade/v1/", "renderer/calibrate.h", "renderer/gl/context.h", "renderer/image/", "renderer/math/",
-      "renderer/plan/", "renderer/renderer.h", "renderer/scene/flat_scene.h", "renderer/scene/pose.h",
-      "renderer/scene_loader/"}},
+      "renderer/plan/", "renderer/renderer.h", "renderer/scene/", "renderer/scene_loader/"}},
     {"client/", {"halfshade/v1/", "server/digest.h", "server/scene_name.h"}},
     {"client/output_file.h", {"server/file_operations.h"}},
     {"client/batch/",
@@ -114,7 +113,8 @@ const std::vector<Foreign> kForeign = {
     {{"tbb/"},
      {"renderer/scene/ray_", "renderer/light/trace_light", "renderer/light/parallel_tiles", "renderer/shadow/pdsm/"}},
     {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/shaft/", "renderer/shadow/ssm/"}},
-    {{"meshoptimizer"}, {"renderer/scene/mesh_levels"}},
+    {{"meshoptimizer"}, {"renderer/scene/mesh_levels", "renderer/scene_loader/decompress.cc"}},
+    {{"draco/"}, {"renderer/scene_loader/decompress.cc"}},
     {{"tiny_gltf", "stb"}, {"renderer/scene_loader/"}},
     {{"tiny_obj_loader"}, {"client/"}},
 };

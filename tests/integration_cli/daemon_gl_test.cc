@@ -1,5 +1,6 @@
 // `halfshaded` as a process: its end, and what a message that is small only on the wire costs it.
 #include <grpcpp/create_channel.h>
+#include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -64,6 +65,38 @@ TEST(DaemonTest, AGzipBombIsRefusedBeforeItIsInflated) {
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED) << status.error_message();
   std::printf("peak memory %.0f MB before, %.0f MB after 256 MiB of zeros by gzip\n", before_mb, server.PeakMemoryMb());
   EXPECT_LT(server.PeakMemoryMb() - before_mb, 64);
+}
+
+// A call without a message in or a known one out.
+grpc::Status CallEmpty(const std::string& address, const std::string& method, size_t* bytes) {
+  grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+  grpc::CompletionQueue queue;
+  grpc::ClientContext context;
+  const grpc::Slice nothing;
+  const auto call = stub.PrepareUnaryCall(&context, method, grpc::ByteBuffer(&nothing, 1), &queue);
+  call->StartCall();
+  grpc::ByteBuffer answer;
+  grpc::Status status;
+  call->Finish(&answer, &status, nullptr);
+  void* tag = nullptr;
+  bool is_ok = false;
+  queue.Next(&tag, &is_ok);
+  *bytes = answer.Length();
+  return status;
+}
+
+TEST(DaemonTest, ChannelzIsOnTheAdminPortAlone) {
+  const std::string method = "/grpc.channelz.v1.Channelz/GetServers";
+  const ServerProcess server({"--admin", "127.0.0.1:0"});
+  ASSERT_NE(server.admin(), "");
+  size_t bytes = 0;
+  const grpc::Status status = CallEmpty(server.admin(), method, &bytes);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_GT(bytes, 20u) << "servers and their sockets";
+  EXPECT_EQ(CallEmpty(server.address(), method, &bytes).error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(CallEmpty(server.admin(), "/halfshade.v1.ServerService/GetServerInfo", &bytes).error_code(),
+            grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(ServerProcess().admin(), "");
 }
 
 TEST(DaemonTest, DrainsAtSigtermAndEndsAtOnceAtTheSecond) {

@@ -106,11 +106,15 @@ ServerProcess::ServerProcess(const std::vector<std::string>& arguments) {
   std::string line;
   for (char c = 0; read(out[0], &c, 1) == 1 && c != '\n';) line += c;
   close(out[0]);
-  if (const size_t start = line.find("grpc="); start != std::string::npos) {
-    address_ = line.substr(start + 5, line.find(' ', start) - start - 5);
-  } else {
-    ADD_FAILURE() << "halfshaded said '" << line << "'";
-  }
+  const auto word_after = [&line](const std::string& name) {
+    const size_t start = line.find(name + "=");
+    return start == std::string::npos
+               ? ""
+               : line.substr(start + name.size() + 1, line.find(' ', start) - start - name.size() - 1);
+  };
+  address_ = word_after("grpc");
+  admin_ = word_after("admin");
+  EXPECT_NE(address_, "") << "halfshaded said '" << line << "'";
 }
 
 ServerProcess::~ServerProcess() { Stop(); }

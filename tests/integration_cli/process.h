@@ -43,6 +43,7 @@ class ServerProcess {
   ServerProcess& operator=(const ServerProcess&) = delete;
 
   const std::string& address() const { return address_; }  // "" where it did not come up
+  const std::string& admin() const { return admin_; }      // "" without --admin
   bool IsAlive() const;
   // Sends SIGTERM and waits; the exit code.
   int Stop();
@@ -56,7 +57,7 @@ class ServerProcess {
 
  private:
   pid_t pid_ = -1;
-  std::string address_;
+  std::string address_, admin_;
 };
 
 }  // namespace halfshade

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <string>
+#include <tuple>
 
 namespace halfshade {
 namespace {
@@ -33,6 +35,59 @@ TEST(FlagsTest, BoundsOfGlMemoryAreOneMegabyteToAPetabyte) {
     EXPECT_EQ(Parse(flag, "-1", &options), 64) << flag;
     EXPECT_EQ(Parse(flag, "much", &options), 64) << flag;
   }
+}
+
+TEST(FlagsTest, BoundsOfTimesAndCountsHoldOnBothSides) {
+  const auto times = [](ServerOptions& options) { return &options.connections; };
+  struct Number {
+    const char* flag;
+    std::function<int*(ServerOptions&)> field;
+    std::string smallest, largest, below, above;
+  };
+  const Number numbers[] = {
+      {"--handshake-ms", [&](auto& o) { return &times(o)->handshake_ms; }, "1", "86400000", "0", "86400001"},
+      {"--connection-age-ms", [&](auto& o) { return &times(o)->age_ms; }, "1", "86400000", "0", "86400001"},
+      {"--connection-age-grace-ms", [&](auto& o) { return &times(o)->age_grace_ms; }, "1", "86400000", "0", "86400001"},
+      {"--connection-idle-ms", [&](auto& o) { return &times(o)->idle_ms; }, "1", "86400000", "0", "86400001"},
+      {"--keepalive-ms", [&](auto& o) { return &times(o)->keepalive_ms; }, "1", "86400000", "0", "86400001"},
+      {"--keepalive-timeout-ms", [&](auto& o) { return &times(o)->keepalive_timeout_ms; }, "1", "86400000", "0",
+       "86400001"},
+      {"--canary-ms", [](auto& o) { return &o.canary_ms; }, "10", "3600000", "9", "3600001"},
+      {"--contexts", [](auto& o) { return &o.contexts; }, "1", "64", "0", "65"},
+      {"--grace-s", [](auto& o) { return &o.grace_s; }, "0", "3600", "-1", "3601"},
+      {"--lame-duck-s", [](auto& o) { return &o.lame_duck_s; }, "0", "3600", "-1", "3601"},
+      {"--stream-stall-s", [](auto& o) { return &o.stream_stall_s; }, "1", "3600", "0", "3601"}};
+  for (const Number& n : numbers) {
+    for (const std::string& value : {n.smallest, n.largest}) {
+      ServerOptions options;
+      EXPECT_EQ(Parse(n.flag, value.c_str(), &options), -1) << n.flag << " " << value;
+      EXPECT_EQ(std::to_string(*n.field(options)), value) << n.flag;
+    }
+    for (const std::string& value : {n.below, n.above, std::string("x")}) {
+      ServerOptions options;
+      EXPECT_EQ(Parse(n.flag, value.c_str(), &options), 64) << n.flag << " " << value;
+    }
+  }
+}
+
+TEST(FlagsTest, WordsAreThoseThatTheHelpNames) {
+  for (const auto& [flag, good, bad] :
+       {std::tuple("--log-format", "json", "xml"), std::tuple("--log-format", "text", ""),
+        std::tuple("--log-level", "off", "loud"), std::tuple("--gl", "osmesa", "vulkan")}) {
+    ServerOptions options;
+    EXPECT_EQ(Parse(flag, good, &options), -1) << flag << " " << good;
+    EXPECT_EQ(Parse(flag, bad, &options), 64) << flag << " " << bad;
+  }
+}
+
+TEST(FlagsTest, AddressesBeyondLoopbackNeedAWordThatTheyAreMeant) {
+  ServerOptions options;
+  for (const char* flag : {"--listen", "--admin"}) {
+    EXPECT_EQ(Parse(flag, "0.0.0.0:1", &options), 64) << flag;
+    EXPECT_EQ(Parse(flag, "127.0.0.1:1", &options), -1) << flag;
+    EXPECT_EQ(Parse(flag, "unix:here", &options), -1) << flag;
+  }
+  EXPECT_EQ(Parse("--admin", "off", &options), -1);
 }
 
 TEST(FlagsTest, FlagsOfLaterVersionsSaySo) {

@@ -23,7 +23,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 std::vector<ValidateRow> FieldRows() {
-  const Code ok = Code::kOk, bad = Code::kInvalidArgument, later = Code::kUnimplemented;
+  const Code ok = Code::kOk, bad = Code::kInvalidArgument;
   using Request = v1::RenderRequest;
   return {
       {"AsItIs", [](Request&) {}, ok, ""},
@@ -239,7 +239,11 @@ std::vector<ValidateRow> FieldRows() {
          r.mutable_ground()->set_shadow_catcher(true);
        },
        bad, "fog: with ground.shadow_catcher"},
-      {"AnimationPose", [](Request& r) { r.mutable_animation(); }, later, "animation: "},
+      {"AnimationBefore", [](Request& r) { r.mutable_animation()->set_time_s(-1e-9); }, bad,
+       "animation.time_s: -1e-09; must be 0 to 1e+06"},
+      {"AnimationLate", [](Request& r) { r.mutable_animation()->set_time_s(1.1e6); }, bad,
+       "animation.time_s: 1100000; must be 0"},
+      {"AnimationNan", [](Request& r) { r.mutable_animation()->set_time_s(NAN); }, bad, "animation.time_s: nan"},
       {"BudgetEmpty", [](Request& r) { r.mutable_budget(); }, ok, ""},
       {"MaxErrorZero", [](Request& r) { r.mutable_budget()->set_max_error(0); }, bad,
        "budget.max_error: 0; must be over 0 and below 1"},

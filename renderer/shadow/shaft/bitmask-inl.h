@@ -107,9 +107,9 @@ HWY_INLINE bool IsAllHidden(const LightRows& light) {
   return AllOnes(all);
 }
 
-// Adds what the polygon hides from receivers that it stands above of.
-template <int kCorners>
-HWY_INLINE void DrawPolygon(const Polygon& polygon, const Receivers16& at, LightRows* light) {
+// Hands what the polygon hides from receivers that it stands above of to `hide`, row by row: hide(r, bits).
+template <int kCorners, typename Hide>
+HWY_INLINE void DrawPolygon(const Polygon& polygon, const Receivers16& at, const LightRows* light, const Hide& hide) {
   const Floats zero = Set(0);
   Floats arm_x[kCorners], arm_y[kCorners], arm_z[kCorners];
   for (int k = 0; k < kCorners; ++k) {
@@ -207,7 +207,7 @@ HWY_INLINE void DrawPolygon(const Polygon& polygon, const Receivers16& at, Light
     const Floats row = Set(float(r));
     Words inside = edges[0].At(row, light->above[r]);
     for (int k = 1; k < kCorners; ++k) inside = inside & edges[k].At(row, light->above[r]);
-    light->hidden[r] = light->hidden[r] | inside;
+    hide(r, inside);
   }
 }
 

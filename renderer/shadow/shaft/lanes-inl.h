@@ -134,6 +134,14 @@ HWY_INLINE Mask LanesOf(uint32_t bits) {
   }
   return result;
 }
+// A bit per lane that has any.
+HWY_INLINE uint32_t LanesWithBits(const Words& a) {
+  Mask none;
+  for (size_t i = 0; i < kParts; ++i) {
+    none.part[i] = hn::RebindMask(FloatTag(), hn::Eq(a.part[i], hn::Zero(WordTag())));
+  }
+  return Bits(none) ^ 0xffff;
+}
 HWY_INLINE bool Any(const Mask& mask) {
   for (size_t i = 0; i < kParts; ++i) {
     if (!hn::AllFalse(FloatTag(), mask.part[i])) return true;

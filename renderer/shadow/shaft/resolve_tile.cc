@@ -7,59 +7,46 @@
 #define HWY_TARGET_INCLUDE "renderer/shadow/shaft/resolve_tile.cc"
 #include <hwy/foreach_target.h>
 // After foreach_target.h.
+#include "renderer/shadow/shaft/masked_view.h"
 #include "renderer/shadow/shaft/query-inl.h"
-
-#ifndef HALFSHADE_SHAFT_RESOLVE_TILE_ONCE_
-#define HALFSHADE_SHAFT_RESOLVE_TILE_ONCE_
-namespace halfshade {
-
-// Whether the mask leaves anything of the triangle where the segment from the receiver to the light's sample meets it.
-bool IsMaskedThere(const MaskedTriangle& triangle, const RayMask& mask, const glm::vec3& receiver,
-                   const glm::vec2& sample);
-
-}  // namespace halfshade
-#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace halfshade {
 namespace HWY_NAMESPACE {
 
-// Samples that a masked triangle covers are hidden where its mask leaves it. `covered` starts empty.
+// Samples that a masked triangle covers are hidden where its mask leaves it.
+template <int kCorners>
 void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const RayMask& mask, const Tile& tile,
                 int block, const Receivers16& at, LightRows* light) {
-  LightRows covered;
-  covered.rows = light->rows;
-  covered.count = light->count;
-  covered.lean = light->lean;
-  covered.rise = light->rise;
-  for (int r = 0; r < light->count; ++r) {
-    covered.hidden[r] = SetWords(0);
-    covered.above[r] = light->above[r];
-  }
-  if (polygon.corners == 4) {
-    DrawPolygon<4>(polygon, at, &covered);
-  } else {
-    DrawPolygon<3>(polygon, at, &covered);
-  }
   alignas(64) uint32_t hidden[Tile::kLanes], asked[Tile::kLanes];
   alignas(64) float above[Tile::kLanes];
   alignas(64) float rise[Tile::kLanes];
+  MaskedView views[Tile::kLanes];
+  uint32_t viewed = 0;  // bit per lane
   Store(light->rise, rise);
-  for (int r = 0; r < light->count; ++r) {
-    Store(covered.hidden[r] & (light->hidden[r] ^ SetWords(~0u)), asked);
+  DrawPolygon<kCorners>(polygon, at, light, [&](int r, const Words& inside) {
+    const Words open = inside & (light->hidden[r] ^ SetWords(~0u));
+    uint32_t lanes = LanesWithBits(open);
+    if (lanes == 0) return;
+    Store(open, asked);
     Store(light->hidden[r], hidden);
     Store(light->above[r], above);
-    for (int lane = 0; lane < Tile::kLanes; ++lane) {
-      const int i = block * Tile::kLanes + lane;
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const auto lane = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes));
+      if ((viewed >> lane & 1) == 0) {
+        const size_t i = size_t(block) * Tile::kLanes + lane;
+        views[lane] = MaskedView(triangle, {tile.x[i], tile.y[i], tile.z[i]});
+        viewed |= 1u << lane;
+      }
       for (uint32_t bits = asked[lane]; bits != 0; bits &= bits - 1) {
         const auto column = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
         const float x = (float(column) + 0.5f - above[lane]) / float(kColumns);
         const float y = (float(r) - rise[lane] + light->lean * x) / float(light->rows);
-        if (!IsMaskedThere(triangle, mask, {tile.x[i], tile.y[i], tile.z[i]}, {x, y})) hidden[lane] |= 1u << column;
+        if (!views[lane].IsMaskedAway(mask, x, y)) hidden[lane] |= 1u << column;
       }
     }
     light->hidden[r] = LoadWords(hidden);
-  }
+  });
 }
 
 // Draws polygons until nothing of the light is left.
@@ -77,15 +64,21 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
   at.error_m = Load(tile.error_m + first);
   at.active = tile.active[block];
   at.is_loose = tile.is_loose;
+  const auto hide = [light](int r, const Words& inside) { light->hidden[r] = light->hidden[r] | inside; };
   for (size_t i = 0; i < list.size(); ++i) {
     const Polygon& polygon = tree.polygons[list[i]];
     if (polygon.masked >= 0) {
       const MaskedTriangle& triangle = tree.masked[polygon.masked];
-      DrawMasked(polygon, triangle, masks[triangle.mask], tile, block, at, light);
+      const RayMask& mask = masks[triangle.mask];
+      if (polygon.corners == 4) {
+        DrawMasked<4>(polygon, triangle, mask, tile, block, at, light);
+      } else {
+        DrawMasked<3>(polygon, triangle, mask, tile, block, at, light);
+      }
     } else if (polygon.corners == 4) {
-      DrawPolygon<4>(polygon, at, light);
+      DrawPolygon<4>(polygon, at, light, hide);
     } else {
-      DrawPolygon<3>(polygon, at, light);
+      DrawPolygon<3>(polygon, at, light, hide);
     }
     if (i % kCheckEvery == kCheckEvery - 1 && IsAllHidden(*light)) return i + 1;
   }
@@ -167,22 +160,6 @@ HWY_EXPORT(ResolveTileHere);
 void ResolveTile(const PolygonTree& tree, const std::vector<RayMask>& masks, const Tile& tile, int rows,
                  TileScratch* scratch, TileResult* result) {
   HWY_DYNAMIC_DISPATCH(ResolveTileHere)(tree, masks, tile, rows, scratch, result);
-}
-
-bool IsMaskedThere(const MaskedTriangle& triangle, const RayMask& mask, const glm::vec3& receiver,
-                   const glm::vec2& sample) {
-  // Weights of the second and third corner where the segment meets the triangle's plane (Moeller and Trumbore 1997).
-  const glm::vec3 edge1 = triangle.corners[1] - triangle.corners[0], edge2 = triangle.corners[2] - triangle.corners[0];
-  const glm::vec3 direction = glm::vec3(sample, 0) - receiver;
-  const glm::vec3 p = glm::cross(direction, edge2);
-  const float determinant = glm::dot(edge1, p);
-  if (determinant == 0) return true;
-  const glm::vec3 arm = receiver - triangle.corners[0];
-  const float u = glm::dot(arm, p) / determinant;
-  const float v = glm::dot(direction, glm::cross(arm, edge1)) / determinant;
-  const MaskVertex here =
-      triangle.mask_corners[0] * (1 - u - v) + triangle.mask_corners[1] * u + triangle.mask_corners[2] * v;
-  return mask.IsMaskedAway(here, here.z);
 }
 
 }  // namespace halfshade

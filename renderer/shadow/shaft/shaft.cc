@@ -39,6 +39,7 @@ class Resolve {
       : data_(data),
         receivers_(receivers),
         options_(options),
+        is_sparse_(options.is_sparse && !receivers.ArePoints()),
         stop_(std::move(stop)),
         hidden_(receivers.size(), 0),
         errors_(receivers.size(), -1) {}
@@ -47,7 +48,7 @@ class Resolve {
     const TileFiller filler = MakeFiller(false);
     rows_ = options_.rows;
     if (rows_ == 0) RETURN_IF_ERROR(ChooseRows(filler));
-    if (options_.is_sparse && !receivers_.ArePoints()) {
+    if (is_sparse_) {
       const TileFiller sparse_filler = MakeFiller(true);
       RETURN_IF_ERROR(ForEachTile(
           sparse_filler.count(), [&](int index) { ResolveTileOf(sparse_filler, index, rows_); }, stop_));
@@ -56,7 +57,11 @@ class Resolve {
           filler.count(), [&](int index) { ResolveBetween(grid, filler, index); }, stop_));
     } else {
       RETURN_IF_ERROR(ForEachTile(
-          filler.count(), [&](int index) { ResolveTileOf(filler, index, rows_); }, stop_));
+          filler.count(),
+          [&](int index) {
+            if (!IsKept(index)) ResolveTileOf(filler, index, rows_);
+          },
+          stop_));
     }
     OcclusionSum sum;
     sum.count = drawn_;
@@ -124,7 +129,8 @@ class Resolve {
   // Samples are off by about a 16th of that anyway.
   float MostBend() const { return 0.5f / float(rows_); }
 
-  // A sample of the tiles with the fewest rows says how far those are off, and so how many are wanted.
+  // A sample of the tiles with few rows says how far those are off, and so how many are wanted. Where that are no more,
+  // the sample is a part of the picture.
   absl::Status ChooseRows(const TileFiller& filler) {
     constexpr int kMostEvery = 16, kLeastTiles = 48;
     const int every = std::clamp(filler.count() / kLeastTiles, 1, kMostEvery);
@@ -135,9 +141,9 @@ class Resolve {
     }
     // Every column and row of tiles has its share: 11 is prime to all but itself. Of small pictures more than a 16th is
     // taken.
+    sampled_ = filler.count() / every;
     RETURN_IF_ERROR(ForEachTile(
-        filler.count() / every, [&](int i) { ResolveTileOf(filler, (i * every) + (i * 11) % every, kFewestRows); },
-        stop_));
+        sampled_, [&](int i) { ResolveTileOf(filler, SampledTile(i, every), kFewestRows); }, stop_));
     double sum = 0;
     uint64_t count = 0;
     for (size_t i = 0; i < hidden_.size(); ++i) {
@@ -145,10 +151,16 @@ class Resolve {
       sum += errors_[i];
       ++count;
     }
-    const double error = count == 0 ? 0 : sum / double(count) / kExcessOfFewestRows;
-    const int most_rows = data_.masks.empty() ? kMostRowsChosen : kMostRowsOfMasks;
-    while (rows_ < most_rows && error * std::pow(double(rows_) / kFewestRows, -kErrorRate) > options_.max_error) {
+    const bool is_cluttered = !data_.masks.empty();
+    const double error = count == 0 ? 0 : sum / double(count) / (is_cluttered ? 1 : kExcessOfFewestRows);
+    const double rate = is_cluttered ? kErrorRateOfLeaves : kErrorRate;
+    while (rows_ < kMostRowsChosen && error * std::pow(double(rows_) / kFewestRows, -rate) > options_.max_error) {
       rows_ *= 2;
+    }
+    if (error * kGrowthOfCoarseRows <= options_.max_error) rows_ = kCoarseRows;
+    if (rows_ <= kFewestRows && !is_sparse_) {
+      kept_every_ = every;
+      return absl::OkStatus();
     }
     hidden_.assign(hidden_.size(), 0);
     errors_.assign(errors_.size(), -1);
@@ -157,18 +169,27 @@ class Resolve {
     return absl::OkStatus();
   }
 
-  // Of the estimate of so few rows: 1.2 to 3.4 times the truth on the scenes of auto_gl_test, 1.4 on leaves.
+  static int SampledTile(int i, int every) { return i * every + i * 11 % every; }
+  bool IsKept(int tile) const {
+    return kept_every_ > 0 && tile / kept_every_ < sampled_ && tile == SampledTile(tile / kept_every_, kept_every_);
+  }
+
+  // Of the estimate of so few rows: 1.2 to 3.4 times the truth on the scenes of auto_gl_test; 1 where there are masks.
   static constexpr double kExcessOfFewestRows = 1.4;
   static constexpr int kFewestRows = 8, kMostRowsChosen = 64, kRowsOfFewReceivers = 16;
-  static constexpr int kMostRowsOfMasks = 16;  // they are asked at every sample: their cost grows with the rows
-  // Rows that double divide the error by 2^rate.
-  static constexpr double kErrorRate = 1;
+  // For coarse errors; no option of its own. Between 8 and 4 rows errors grow by 2.3 to 2.7.
+  static constexpr int kCoarseRows = 4;
+  static constexpr double kGrowthOfCoarseRows = 2.8;
+  // Rows that double divide the error by 2^rate; where there are masks by less (trees_masked .0090, .0051, .0033).
+  static constexpr double kErrorRate = 1, kErrorRateOfLeaves = 0.75;
 
   const ShaftLightData& data_;
   const CpuReceivers& receivers_;
   const ShaftOptions options_;
+  const bool is_sparse_;
   const std::function<absl::Status()> stop_;
   int rows_ = 0;
+  int sampled_ = 0, kept_every_ = 0;    // tiles; one of so many is kept as it was sampled, 0: none
   std::vector<float> hidden_, errors_;  // an error below 0: not evaluated
   std::atomic<uint64_t> drawn_ = 0;
   std::atomic<int> lit_ = 0, resolved_ = 0, interpolated_ = 0;

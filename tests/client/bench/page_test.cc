@@ -59,6 +59,17 @@ TEST(TablesTest, WhatIsOverTheAimStandsBetweenAsterisks) {
   EXPECT_EQ(nlohmann::json::parse(ToJsonText(results))["cases"][0]["fractions"][0]["rival"], "multi_map");
 }
 
+TEST(TablesTest, ACurveOfTrianglesTellsLightDataOfEach) {
+  Results results = Made();
+  Curve& curve = results.curves[0];
+  curve.light_ms = {0.02, 0.1};
+  curve.light_bytes = {1000, 12000};
+  EXPECT_THAT(ToTable(results), Not(HasSubstr("a triangle")));
+  curve.work = "triangles";
+  EXPECT_THAT(ToTable(results), HasSubstr("light data, bytes and wall us a triangle: 100 2.00 120 1.00"));
+  EXPECT_EQ(nlohmann::json::parse(ToJsonText(results))["curves"][0]["light_data_bytes"][1], 12000);
+}
+
 TEST(PageTest, ShowsFailuresFrontsAndCurvesAndEscapesText) {
   const auto html = ToHtml(Made());
   ASSERT_OK(html);

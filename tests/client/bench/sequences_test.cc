@@ -96,7 +96,7 @@ TEST(AutoSuiteTest, EveryBudgetStandsBesideEachRivalAndFramesInARow) {
   EXPECT_THAT(families, testing::UnorderedElementsAre(testing::Pair("auto", 4), testing::Pair("ray", 4),
                                                       testing::Pair("ray filtered", 2),
                                                       testing::Pair("ray adaptive", 3), testing::Pair("multi_map", 3),
-                                                      testing::Pair("pcss", 2), testing::Pair("shaft", 4)));
+                                                      testing::Pair("pcss", 2), testing::Pair("shaft", 5)));
   EXPECT_EQ(suite->judged, "auto");
   EXPECT_EQ(suite->sequences.size(), 3 * suite->replies.size());
   EXPECT_EQ(MakeSuite("huge", {}, "").status().message(),

@@ -50,7 +50,7 @@ TEST(ChooseMethodTest, RaysTakeLeavesWithMasksAtCoarseErrorsAndWhatRowsDoNotReac
   };
   EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.02));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.01));
-  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.002)) << "with masks shaft chooses no more than 16 rows";
+  EXPECT_FALSE(is_ray(Facts(27'000, 0.9), 0.002));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.002));
   EXPECT_TRUE(is_ray(Facts(6000), 0.0003)) << "64 rows are off by .0005";
   EXPECT_FALSE(is_ray(Facts(6000), 0.0006));

@@ -70,7 +70,7 @@ TEST(CoverageTest, MaskIsDecidedWithoutTexelsWhereTheFactorTells) {
   EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kFull);
   material.alpha_mode = AlphaMode::kBlend;
   material.base_color_texture.texture = 0;
-  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kFull) << "drawn as OPAQUE";
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested) << "as MASK";
   material.alpha_mode = AlphaMode::kMask;
   EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested);
   material.alpha_cutoff = 0;

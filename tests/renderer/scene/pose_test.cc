@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "tests/support/status_matchers.h"
@@ -103,6 +104,19 @@ TEST(PoseTest, AnOverrideReplacesTheLocalMatrixAndMovesWhatIsBelow) {
   EXPECT_EQ(glm::dvec3(pose->instances[0].world_from_mesh[3]), glm::dvec3(1, 5, 0));
   EXPECT_EQ(pose->bounds_ws.max, glm::dvec3(2, 6, 0));
   EXPECT_EQ(glm::dvec3(WorldFromNode(scene, 0, {change})[3]), glm::dvec3(1, 5, 0));
+}
+
+TEST(PoseTest, WhereAMeshIsMovedTooFarItsNodeIsNamed) {
+  const FlatScene scene = OneTriangle({0, 0, 0});
+  NodeOverride far;
+  far.node = 1;
+  far.local = glm::translate(glm::dmat4(1), {9e17, 0, 0});
+  EXPECT_OK(BuildPose(scene, 0, {far}));
+  for (const double x : {1.1e18, HUGE_VAL, double(NAN)}) {
+    far.local = glm::translate(glm::dmat4(1), {x, 0, 0});
+    EXPECT_THAT(BuildPose(scene, 0, {far}),
+                StatusIs(absl::StatusCode::kInvalidArgument, "/nodes/0: its mesh reaches over 1e18 m away"));
+  }
 }
 
 TEST(PoseTest, WhatANodeDoesNotDoNothingBelowItDoes) {

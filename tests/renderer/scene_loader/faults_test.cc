@@ -24,8 +24,8 @@ std::vector<Fault> Faults() {
       {"Version1", [](auto& g) { g.json["asset"]["version"] = "1.0"; }, "/asset/version: \"1.0\"; only 2.0"},
       {"VersionNumber", [](auto& g) { g.json["asset"]["version"] = 2.0; }, "/asset/version: must be a string"},
       {"MinVersion", [](auto& g) { g.json["asset"]["minVersion"] = "2.1"; }, "/asset/minVersion: \"2.1\""},
-      {"RequiredExtension", [](auto& g) { g.json["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
-       "/extensionsRequired/0: \"KHR_draco_mesh_compression\" is not supported"},
+      {"RequiredExtension", [](auto& g) { g.json["extensionsRequired"] = {"EXT_texture_webp"}; },
+       "/extensionsRequired/0: \"EXT_texture_webp\" is not supported"},
       {"MeshesNoArray", [](auto& g) { g.json["meshes"] = 3; }, "/meshes: must be an array"},
       {"NodeNoObject", [](auto& g) { g.json["nodes"][0] = 3; }, "/nodes/0: must be an object"},
       {"NameNoText", [](auto& g) { g.json["nodes"][0]["name"] = 3; }, "/nodes/0/name: must be a string"},
@@ -310,6 +310,89 @@ std::vector<Fault> Faults() {
              {{"samplers", nlohmann::json::array()}, {"channels", {{{"sampler", 0}, {"target", {{"node", 0}}}}}}}};
        },
        "/animations/0/channels/0/sampler: 0; the animation has 0"},
+      {"AnimationTimesType",
+       [](auto& g) {
+         g.json["animations"] = {{{"samplers", {{{"input", 0}, {"output", 0}}}},
+                                  {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "scale"}}}}}}}};
+       },
+       "/animations/0/samplers/0/input: /accessors/0 must be SCALAR of floats"},
+      {"AnimationInterpolation",
+       [](auto& g) {
+         const size_t times = g.Accessor(std::vector<float>{0}, "SCALAR", 5126);
+         g.json["animations"] = {{{"samplers", {{{"input", times}, {"output", 0}, {"interpolation", "BEZIER"}}}},
+                                  {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "scale"}}}}}}}};
+       },
+       "/animations/0/samplers/0/interpolation: \"BEZIER\"; must be STEP"},
+      {"JointsEmpty",
+       [](auto& g) {
+         g.json["skins"] = {{{"joints", nlohmann::json::array()}}};
+       },
+       "/skins/0/joints: must not be empty"},
+      {"TargetType",
+       [](auto& g) {
+         g.primitive()["targets"] = {{{"NORMAL", g.Accessor(std::vector<float>(6), "VEC2", 5126)}}};
+       },
+       "/meshes/0/primitives/0/targets/0/NORMAL: /accessors/2 is VEC2; must be VEC3"},
+      {"QuantizedWithoutItsExtension",
+       [](auto& g) {
+         g.primitive()["attributes"]["NORMAL"] = g.Accessor(std::vector<int8_t>(12, 1), "VEC3", 5120, true);
+         g.json["accessors"][2]["count"] = 3;
+       },
+       "/meshes/0/primitives/0/attributes/NORMAL: /accessors/2 has componentType 5120"},
+      {"InstancesOfDifferentCounts",
+       [](auto& g) {
+         const size_t two = g.Accessor(std::vector<float>(6), "VEC3", 5126);
+         g.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", 0},
+                                                                                      {"SCALE", two}};
+       },
+       "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION: /accessors/0 has a count of 3"},
+      {"LightPastTheLights",
+       [](auto& g) {
+         g.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+         g.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 1;
+       },
+       "/nodes/0/extensions/KHR_lights_punctual/light: 1; /extensions/KHR_lights_punctual/lights has 1"},
+      {"TransformNotANumber",
+       [](auto& g) {
+         g.json["textures"] = {nlohmann::json::object()};
+         g.json["materials"] = {{{"emissiveTexture", {{"index", 0}}}}};
+         g.json["materials"][0]["emissiveTexture"]["extensions"]["KHR_texture_transform"]["rotation"] = "a";
+       },
+       "/materials/0/emissiveTexture/extensions/KHR_texture_transform/rotation: must be a number"},
+      {"EmissiveStrengthBelow",
+       [](auto& g) {
+         g.json["materials"] = {nlohmann::json::object()};
+         g.json["materials"][0]["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = -1;
+       },
+       "/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength: -1; must be 0"},
+      {"MeshoptMode",
+       [](auto& g) {
+         g.json["extensionsUsed"] = {"EXT_meshopt_compression"};
+         g.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
+             {"buffer", 0}, {"byteLength", 8}, {"byteStride", 12}, {"count", 3}, {"mode", "POINTS"}};
+       },
+       "/bufferViews/0/extensions/EXT_meshopt_compression/mode: \"POINTS\"; must be"},
+      {"MeshoptCount",
+       [](auto& g) {
+         g.json["extensionsUsed"] = {"EXT_meshopt_compression"};
+         g.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
+             {"buffer", 0}, {"byteLength", 8}, {"byteStride", 12}, {"count", 4}, {"mode", "ATTRIBUTES"}};
+       },
+       "/bufferViews/0/extensions/EXT_meshopt_compression/count: 4 elements of 12 bytes; the view has 36"},
+      {"MeshoptBytes",
+       [](auto& g) {
+         g.json["extensionsUsed"] = {"EXT_meshopt_compression"};
+         g.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = {
+             {"buffer", 0}, {"byteLength", 8}, {"byteStride", 12}, {"count", 3}, {"mode", "ATTRIBUTES"}};
+       },
+       "/bufferViews/0/extensions/EXT_meshopt_compression: its bytes do not decode as ATTRIBUTES"},
+      {"DracoBytes",
+       [](auto& g) {
+         g.json["extensionsUsed"] = {"KHR_draco_mesh_compression"};
+         g.primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0},
+                                                                      {"attributes", {{"POSITION", 0}}}};
+       },
+       "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression: does not decode"},
   };
 }
 
