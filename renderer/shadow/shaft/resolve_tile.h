@@ -25,8 +25,8 @@ struct TileScratch {
   std::vector<Polygons16> arranged;
 };
 
-// `rows`: 4, 8, 16, 32 or 64, of 32 samples each. `masks`: of PolygonTree::masked. Of lanes that are not active the result
-// is 0. The same bytes on every instruction set (Highway's dispatch). Any thread, with a scratch of its own.
+// `rows`: 4, 8, 16, 32 or 64, of 32 samples each. `masks`: of PolygonTree::masked. Of lanes that are not active the
+// result is 0. The same bytes on every instruction set (Highway's dispatch). Any thread, with a scratch of its own.
 void ResolveTile(const PolygonTree& tree, const std::vector<RayMask>& masks, const Tile& tile, int rows,
                  TileScratch* scratch, TileResult* result);
 
