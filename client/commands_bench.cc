@@ -80,6 +80,12 @@ absl::Status RunBench(const GlobalFlags& global, const BenchCommand& command) {
       results.curves.push_back(std::move(curve));
     }
   }
+  for (const bench::SequencePlan& plan : suite.sequences) {
+    results.sequences.push_back(bench::MeasureSequence(client, plan, session->progress()));
+  }
+  for (const bench::Case& bench_case : suite.replies) {
+    ASSIGN_OR_RETURN(results.replies.emplace_back(), bench::MeasureReplies(client, bench_case));
+  }
   RETURN_IF_ERROR(WriteResults(results, command.folder));
   session->progress().Say(absl::StrCat(command.folder, "/index.html: ", results.cases.size(), " cases"));
   return Print(global.wants_json ? bench::ToJsonText(results) : bench::ToTable(results));

@@ -98,8 +98,7 @@ void AddBench(CLI::App* app, CommandLine* line) {
   bench
       ->add_option("--suite", line->bench.suite,
                    "quick (two minutes on two cores), full (more scenes, lights, curves), pdsm, ssm, sssm "
-                   "(their papers' figures), shaft (beside the cheapest rivals) or smoke")
-      ->check(CLI::IsMember({"quick", "full", "pdsm", "shaft", "ssm", "sssm", "smoke"}))
+                   "(their papers' figures), shaft, auto (beside the cheapest rivals) or smoke")
       ->excludes(scenes);
   bench->add_option("-o,--output", line->bench.folder, "folder for index.html, bench.txt, bench.csv and bench.json")
       ->required();

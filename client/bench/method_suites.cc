@@ -61,6 +61,46 @@ std::vector<SettingText> ShaftSettings(bool is_dense) {
   return settings;
 }
 
+// AUTO at its budgets, each rival at the settings that it is cheapest at, and our own methods.
+std::vector<SettingText> AutoSettings() {
+  return {{"auto", {"max_error=0.03"}},
+          {"auto", {"max_error=0.01"}},
+          {"auto", {"max_error=0.005"}},
+          {"auto", {"max_error=0.002"}},
+          {"ray", {"rays=4"}},
+          {"ray", {"rays=4"}, 2},
+          {"ray", {"rays=16"}},
+          {"ray", {"rays=16"}, 1},
+          {"ray", {"rays=64"}},
+          {"ray", {"rays=256"}},
+          {"ray", {"rays=1024", "adaptive=true", "stop_error=0.03"}},
+          {"ray", {"rays=1024", "adaptive=true", "stop_error=0.01"}},
+          {"ray", {"rays=1024", "adaptive=true", "stop_error=0.002"}},
+          {"multi_map", {"k=4", "map_size=512"}},
+          {"multi_map", {"k=16", "map_size=512"}},
+          {"multi_map", {"k=64", "map_size=512"}},
+          {"pcss", {"blocker_taps=7", "filter_taps=15", "map_size=512"}},
+          {"pcss", {"blocker_taps=11", "filter_taps=21"}},
+          {"shaft", {"rows=4"}},
+          {"shaft", {"rows=8"}},
+          {"shaft", {"rows=16"}},
+          {"shaft", {"rows=32"}},
+          {"shaft", {"rows=64"}},
+          {"ssm", {"sub_lights=1", "occluder_map_size=256"}},
+          {"ssm", {"sub_lights=2", "occluder_map_size=256"}},
+          {"ssm", {"sub_lights=4", "occluder_map_size=512"}},
+          {"pdsm", {"k=64"}},
+          {"sssm", {"blocker_taps=11", "filter_taps=21", "weights=MEAN", "sub_lights=2"}}};
+}
+
+// Everyday models of 3 k to 100 k triangles.
+absl::StatusOr<std::vector<Case>> RealCases(const std::string& scene_folder) {
+  ASSIGN_OR_RETURN(std::vector<Case> cases, CasesOfViews(scene_folder, {"spot", "graveyard", "camp", "trees_masked",
+                                                                        "nefertiti", "flight_helmet"}));
+  for (Case& view : cases) view.is_dense = view.name == "nefertiti" || view.name == "flight_helmet";
+  return cases;
+}
+
 // Forms of the functions, beside the maps that they are made of.
 const std::vector<SettingText>& PdsmSettings() {
   static const std::vector<SettingText> settings = {
@@ -249,13 +289,8 @@ absl::StatusOr<Suite> MakeShaftSuite(const std::vector<std::string>& methods, co
       suite.cases.back().is_dense = std::string(scene) >= "S6";
     }
   }
-  ASSIGN_OR_RETURN(
-      const std::vector<Case> real,
-      CasesOfViews(scene_folder, {"spot", "graveyard", "camp", "trees_masked", "nefertiti", "flight_helmet"}));
-  for (const Case& view : real) {
-    suite.cases.push_back(view);
-    suite.cases.back().is_dense = view.name == "nefertiti" || view.name == "flight_helmet";
-  }
+  ASSIGN_OR_RETURN(const std::vector<Case> real, RealCases(scene_folder));
+  suite.cases.insert(suite.cases.end(), real.begin(), real.end());
   ASSIGN_OR_RETURN(suite.settings, MakeSettings(ShaftSettings(/*is_dense=*/false), methods));
   ASSIGN_OR_RETURN(const std::vector<Setting> dense, MakeSettings(ShaftSettings(/*is_dense=*/true), methods));
   for (Case& each : suite.cases) {
@@ -267,6 +302,46 @@ absl::StatusOr<Suite> MakeShaftSuite(const std::vector<std::string>& methods, co
   suite.curves = WorkCurves(curve_settings);
   suite.effort = {.repetitions = 3, .reference_rays = 4096, .measures_warm = false};
   suite.judged = "shaft";
+  return suite;
+}
+
+absl::StatusOr<Suite> MakeAutoSuite(const std::vector<std::string>& methods, const std::string& scene_folder) {
+  Suite suite;
+  for (const char* scene : {"S2", "S5"}) {
+    for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
+  }
+  for (const char* scene : {"S1", "S3", "S4", "S6", "S7"}) {
+    suite.cases.push_back(MakeCase({.scene = scene}));
+    suite.cases.back().is_dense = std::string(scene) >= "S6";
+  }
+  ASSIGN_OR_RETURN(const std::vector<Case> real, RealCases(scene_folder));
+  suite.cases.insert(suite.cases.end(), real.begin(), real.end());
+  ASSIGN_OR_RETURN(suite.settings, MakeSettings(AutoSettings(), methods));
+  // What stands between light and receivers is lifted behind the light: nothing is left to do.
+  const std::vector<SettingText> exact = {{"auto", {"max_error=0.002"}}};
+  ASSIGN_OR_RETURN(const std::vector<Setting> curve_settings, MakeSettings(exact, methods));
+  for (const char* scene : {"S2", "S5"}) {
+    suite.curves.push_back(MakeCurve(absl::StrCat("metres upwards, ", scene),
+                                     {{0.01, {.scene = scene, .receivers_alone = true, .moved_m = {0, 0.01, 0}}},
+                                      {100, {.scene = scene, .receivers_alone = true, .moved_m = {0, 100, 0}}}},
+                                     curve_settings));
+  }
+  std::vector<Case> lasting = {MakeCase({.scene = "S2"}), MakeCase({.scene = "S5"}), MakeCase({.scene = "S6"})};
+  for (const Case& view : real) {
+    if (view.name == "graveyard") lasting.push_back(view);
+  }
+  for (Case& each : lasting) {
+    each.request.set_width(512);
+    each.request.set_height(512);
+    suite.sequences.push_back(ScatterCameras(each, 100));
+    each.request.set_width(1280);
+    each.request.set_height(720);
+    suite.sequences.push_back(DragLight(each, 60));
+    suite.sequences.push_back(OrbitCamera(each, 60));
+    suite.replies.push_back(each);
+  }
+  suite.effort = {.repetitions = 7, .reference_rays = 2048, .measures_warm = false};
+  suite.judged = "auto";
   return suite;
 }
 

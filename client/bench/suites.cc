@@ -119,12 +119,13 @@ absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::
     suite.effort.reference_rays = 2048;
     return suite;
   }
+  if (name == "auto") return MakeAutoSuite(methods, scene_folder);
   if (name == "sssm") return MakeSssmSuite(methods, scene_folder);
   if (name == "shaft") return MakeShaftSuite(methods, scene_folder);
   if (name == "pdsm") return MakePdsmSuite(methods, scene_folder);
   if (name == "ssm") return MakeSsmSuite(methods);
   if (name != "full") {
-    return UsageError(absl::StrCat("--suite: '", name, "'; there are quick, full, pdsm, shaft, ssm and sssm"));
+    return UsageError(absl::StrCat("--suite: '", name, "'; there are auto, quick, full, pdsm, shaft, ssm and sssm"));
   }
   for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
     for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
@@ -156,8 +157,10 @@ absl::StatusOr<Suite> MakeSmokeSuite(const std::vector<std::string>& methods) {
   suite.curves.push_back(std::move(map_size));
   ASSIGN_OR_RETURN(const std::vector<Setting> filtered, MakeSettings({{"ray", {"rays=4"}, 2}}, methods));
   suite.settings.insert(suite.settings.end(), filtered.begin(), filtered.end());
+  suite.sequences = {DragLight(suite.cases[0], 3), OrbitCamera(suite.cases[0], 3), ScatterCameras(suite.cases[0], 4)};
+  suite.replies = {suite.cases[0]};
   suite.effort = {.repetitions = 1, .reference_rays = 64, .measures_warm = true};
-  suite.judged = "shaft";
+  suite.judged = "auto";
   return suite;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/bench/bench.h"
+#include "client/bench/sequences.h"
 
 namespace halfshade::bench {
 
@@ -14,6 +15,8 @@ struct Suite {
   std::vector<Case> cases;
   std::vector<Setting> settings;
   std::vector<CurvePlan> curves;
+  std::vector<SequencePlan> sequences;
+  std::vector<Case> replies;  // of which ReplyTimes are measured
   Effort effort;
   std::string judged;  // Results::judged
 };
@@ -23,7 +26,8 @@ struct Suite {
 // cost. "sssm": the tables of Buades et al. 2015, two lights on leaves, and trees. "ssm": errors on receivers alone,
 // and the trends of Atty et al. 2006 as curves. "pdsm": the forms of attenuation functions, and curves in k and both
 // sizes. "shaft": its cost beside the cheapest rival's at equal error, on all classes and six views, and what it grows
-// with. `methods`: those that the server has; others are left out.
+// with. "auto": the same of AUTO at its budgets, and frames in a row as users ask for them. `methods`: those that the
+// server has; others are left out.
 absl::StatusOr<Suite> MakeSuite(const std::string& name, const std::vector<std::string>& methods,
                                 const std::string& scene_folder);
 

@@ -67,6 +67,26 @@ nlohmann::ordered_json ToJson(const Row& row) {
   return json;
 }
 
+nlohmann::ordered_json ToJson(const SequenceResult& sequence) {
+  nlohmann::ordered_json json = {{"name", sequence.name}};
+  if (!sequence.failure.empty()) {
+    json["failure"] = sequence.failure;
+    return json;
+  }
+  json.update({{"first_ms", sequence.first_ms},
+               {"later_ms", sequence.later_ms},
+               {"first_cpu_ms", sequence.first_cpu_ms},
+               {"later_cpu_ms", sequence.later_cpu_ms},
+               {"mae_shadowed", sequence.error},
+               {"predicted", sequence.predicted}});
+  if (sequence.lit_tiles) json["lit_tiles"] = *sequence.lit_tiles;
+  for (const Skip& skip : sequence.skips) {
+    json["skips"].push_back({{"pass", skip.pass}, {"reason", skip.reason}, {"share", skip.share}});
+    if (skip.saved_ms) json["skips"].back()["saved_ms"] = *skip.saved_ms;
+  }
+  return json;
+}
+
 // "0.12 (0.10)", or why there is none; misses stand between asterisks.
 std::string FractionText(const Fraction& fraction) {
   const std::string text = fraction.own.empty()     ? "not reached"
@@ -80,24 +100,50 @@ std::string FractionsToTable(const Results& results) {
       "\n%s, CPU time of its cheapest setting beside that of the cheapest rival at equal mae_shadowed: with primary\n"
       "visibility (and without); ** over the aim; in brackets: its setting, the rival\n",
       results.judged);
+  constexpr double kRegret = 1.25;
+  int cells = 0, missed = 0, beside = 0, calm = 0, singles = 0, near_single = 0;
+  std::string regrets;
   for (const CaseResult& result : results.cases) {
     absl::StrAppendFormat(&text, "  %-22s", absl::StrCat(result.name, result.is_dense ? " dense" : ""));
     for (const Fraction& fraction : FractionsOf(result, results.judged)) {
       absl::StrAppendFormat(&text, " %g: %-17s [%s, %s]", fraction.error, FractionText(fraction), fraction.own,
                             fraction.rival);
+      ++cells;
+      missed += fraction.IsMissed() ? 1 : 0;
+      if (fraction.whole > 0) {
+        ++beside;
+        calm += fraction.p999 <= 1 ? 1 : 0;
+      }
+      if (fraction.of_single == 0) continue;
+      ++singles;
+      near_single += fraction.of_single <= kRegret ? 1 : 0;
+      if (fraction.of_single > kRegret) {
+        absl::StrAppendFormat(&regrets, "    %s, %g: %.2f of %s\n", result.name, fraction.error, fraction.of_single,
+                              fraction.single);
+      }
     }
     text += "\n";
   }
-  int within = 0, told = 0;
+  absl::StrAppendFormat(&text, "  over the aim in %d of %d cells; p999 no worse than the rival's in %d of %d\n", missed,
+                        cells, calm, beside);
+  if (singles > 0) {
+    absl::StrAppendFormat(&text, "  at most %g of the cheapest of our other methods in %d of %d cells; not in\n%s",
+                          kRegret, near_single, singles, regrets);
+  }
+  int within = 0, told = 0, kept = 0, budgets = 0;
   for (const CaseResult& result : results.cases) {
     for (const Row& row : result.rows) {
       const double error = row.error.mae_shadowed.value_or(0);
-      if (!row.failure.empty() || row.setting.method != results.judged || row.predicted == 0 || error == 0) continue;
+      if (!row.failure.empty() || row.setting.method != results.judged) continue;
+      budgets += row.setting.max_error > 0 ? 1 : 0;
+      kept += row.setting.max_error > 0 && error <= row.setting.max_error ? 1 : 0;
+      if (row.predicted == 0 || error == 0) continue;
       ++told;
       within += row.predicted <= 2 * error && row.predicted >= error / 2 ? 1 : 0;
     }
   }
   absl::StrAppendFormat(&text, "  predicted error within 2x of the true one in %d of %d cells\n", within, told);
+  if (budgets > 0) absl::StrAppendFormat(&text, "  error within the budget in %d of %d cells\n", kept, budgets);
   return text;
 }
 
@@ -148,7 +194,8 @@ std::string ToTable(const Results& results) {
     }
   }
   text += "\n";
-  return results.judged.empty() ? text : text + FractionsToTable(results);
+  if (!results.judged.empty()) text += FractionsToTable(results);
+  return text + ToTable(results.sequences, results.replies);
 }
 
 std::string ToCsv(const Results& results) {
@@ -187,6 +234,9 @@ std::string ToJsonText(const Results& results) {
                                                    {"rival", fraction.rival},
                                                    {"whole", fraction.whole},
                                                    {"shadow", fraction.shadow},
+                                                   {"p999", fraction.p999},
+                                                   {"single", fraction.single},
+                                                   {"of_single", fraction.of_single},
                                                    {"aim", fraction.aim},
                                                    {"missed", fraction.IsMissed()}});
     }
@@ -203,6 +253,14 @@ std::string ToJsonText(const Results& results) {
                               {"light_data_bytes", curve.light_bytes},
                               {"exponent", curve.exponent},
                               {"mae_shadowed", curve.mae_shadowed}});
+  }
+  for (const SequenceResult& sequence : results.sequences) json["sequences"].push_back(ToJson(sequence));
+  for (const ReplyTimes& times : results.replies) {
+    json["replies"].push_back({{"name", times.name},
+                               {"plan_ms", times.plan_ms},
+                               {"repeated_ms", times.repeated_ms},
+                               {"first_image_ms", times.first_image_ms},
+                               {"whole_ms", times.whole_ms}});
   }
   return json.dump(2) + "\n";
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/bench/bench.h"
+#include "client/bench/sequences.h"
 
 namespace halfshade::bench {
 
@@ -16,6 +17,8 @@ struct Results {
   std::vector<CaseResult> cases;
   std::vector<Curve> curves;
   std::string judged;  // the method whose cost stands beside the cheapest rival's (fractions.h); empty: none
+  std::vector<SequenceResult> sequences = {};
+  std::vector<ReplyTimes> replies = {};
 };
 
 // Per case: settings from cheap to dear, a mark at those that none beats in both cost and error.

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "renderer/gl/context.h"
+#include "renderer/light/light_shaft.h"
 #include "renderer/math/sampling.h"
 #include "renderer/scene/ray_fan.h"
 #include "renderer/status.h"
@@ -20,9 +22,10 @@ namespace {
 constexpr int kLanes = RayFan::kSegments;
 constexpr int kFirstRays = 16;  // of adaptive rounds, each of which multiplies them by ...
 constexpr int kRoundGrowth = 4;
-constexpr int kMaxRoundRays = 4096;  // about 2 ms at one receiver: stays far below the stop check's period
-constexpr int kTile = 16;            // pixels a side: neighbours share nodes of the hierarchy
-constexpr size_t kGrain = 32;        // receivers a task
+constexpr int kMaxRoundRays = 4096;     // about 2 ms at one receiver: stays far below the stop check's period
+constexpr int kTile = 16;               // pixels a side: neighbours share nodes of the hierarchy
+constexpr size_t kRun = kTile * kTile;  // receivers that are found lit together: of a tile, where all receive
+constexpr size_t kGrain = 32;           // receivers a task
 constexpr double kSlabMs = 10;
 constexpr double kErrorRate = 0.7;       // of ExpectedTraceError
 constexpr double kMeanErrorRate = 0.85;  // for rays that agree and are wrong all the same
@@ -102,7 +105,12 @@ struct Tally {
 class LightTracer {
  public:
   LightTracer(const RayScene& scene, const AreaLight& light, const CpuReceivers& receivers, const TraceOptions& options)
-      : scene_(scene), light_(light), receivers_(receivers), options_(options), tallies_(receivers.size()) {
+      : scene_(scene),
+        light_(light),
+        receivers_(receivers),
+        options_(options),
+        tallies_(receivers.size()),
+        is_lit_(receivers.size()) {
     center_ = scene.TraceFromWorld(light.center_ws);
     edge_u_ = glm::vec3(light.axis_u_ws * (light.width_m * scene.trace_scale()));
     edge_v_ = glm::vec3(light.axis_v_ws * (light.height_m * scene.trace_scale()));
@@ -113,9 +121,12 @@ class LightTracer {
     const std::vector<Round> rounds = MakeRounds(is_point ? 1 : options_.rays, options_.is_adaptive, options_.seed);
     TracedLight result;
     std::vector<uint32_t> active = InTiles();
+    if (options_.skips_lit && options_.rays >= kFirstRays && !is_point) RETURN_IF_ERROR(FindLit(active, stop));
+    result.lit = uint64_t(std::count(is_lit_.begin(), is_lit_.end(), 1));
     for (const Round& round : rounds) {
-      RETURN_IF_ERROR(TraceRound(round, active, stop));
-      result.rays += uint64_t(active.size()) * (round.last - round.first);
+      RETURN_IF_ERROR(InSlabs(active.size(), kGrain, stop, [&](size_t i) { TraceReceiver(active[i], round); }));
+      const auto traced = std::count_if(active.begin(), active.end(), [&](uint32_t i) { return is_lit_[i] == 0; });
+      result.rays += uint64_t(traced) * (round.last - round.first);
       if (options_.is_adaptive) active = WhereToGoOn(active, round.last);
     }
     result.hidden.resize(receivers_.size());
@@ -148,20 +159,61 @@ class LightTracer {
     return order;
   }
 
-  // In slabs of about kSlabMs, so that the stop check has its say; the clock decides about slabs, never about numbers.
-  absl::Status TraceRound(const Round& round, const std::vector<uint32_t>& active,
-                          const std::function<absl::Status()>& stop) {
+  // Marks the receivers of each run between which and the light nothing stands.
+  absl::Status FindLit(const std::vector<uint32_t>& order, const std::function<absl::Status()>& stop) {
+    return InSlabs((order.size() + kRun - 1) / kRun, 1, stop, [&](size_t run) {
+      const size_t first = run * kRun, last = std::min(order.size(), first + kRun);
+      const LightShaft shaft = ShaftOf(&order[first], last - first);
+      if (!scene_.boxes().AreAllOutside([&](const Box3f& box) { return shaft.Misses(box); })) return;
+      for (size_t i = first; i < last; ++i) is_lit_[order[i]] = 1;
+    });
+  }
+
+  LightShaft ShaftOf(const uint32_t* run, size_t count) const {
+    Box3d box;
+    double error = std::numeric_limits<double>::infinity();  // as that of RayFan, but for the occluder's own
+    bool shares_plane = !receivers_.ArePoints();
+    for (size_t i = 0; i < count; ++i) {
+      const CpuReceiver receiver = receivers_.At(run[i]);
+      const glm::vec3 origin(scene_.TraceFromWorld(receiver.position_ws));
+      box.Add(glm::dvec3(origin));
+      error = std::min(error, PlaneError(receiver));
+      shares_plane = shares_plane && receivers_.planes[run[i]] == receivers_.planes[run[0]];
+    }
+    const glm::dvec3 u = glm::dvec3(edge_u_) / 2.0, v = glm::dvec3(edge_v_) / 2.0;
+    LightShaft shaft({center_ - u - v, center_ + u - v, center_ - u + v, center_ + u + v}, box);
+    // What does not rise above their plane by half of what RayFan allows for is left out by it, whatever is rounded.
+    const CpuReceiver receiver = receivers_.At(run[0]);
+    if (shares_plane && receiver.normal_ws != glm::dvec3(0)) {
+      shaft.CutBelow(receiver.normal_ws,
+                     glm::dot(receiver.normal_ws, scene_.TraceFromWorld(receiver.position_ws)) + error / 2);
+    }
+    return shaft;
+  }
+
+  // Trace lengths by which the plane may be off: it came in floats, 4 ulps of the distance to the eye that it is told
+  // from.
+  double PlaneError(const CpuReceiver& receiver) const {
+    constexpr double kFourUlps = 4.8e-7;
+    return kFourUlps * glm::length(receiver.position_ws - receivers_.camera.eye_ws) * scene_.trace_scale();
+  }
+
+  // Work on each of `count`, in slabs of about kSlabMs, so that the stop check has its say; the clock decides about
+  // slabs, never about numbers.
+  template <typename Work>
+  absl::Status InSlabs(size_t count, size_t most_grain, const std::function<absl::Status()>& stop,
+                       const Work& work) const {
     using Clock = std::chrono::steady_clock;
     tbb::task_arena arena(options_.threads > 0 ? options_.threads : gl::AvailableCpus());
-    size_t slab = 2 * kGrain;
-    for (size_t first = 0; first < active.size();) {
+    size_t slab = 2 * most_grain;
+    for (size_t first = 0; first < count;) {
       RETURN_IF_ERROR(stop());
-      const size_t last = std::min(active.size(), first + slab);
+      const size_t last = std::min(count, first + slab);
       const Clock::time_point begin = Clock::now();
       arena.execute([&] {
-        const size_t grain = std::clamp<size_t>((last - first) / 8, 1, kGrain);
+        const size_t grain = std::clamp<size_t>((last - first) / 8, 1, most_grain);
         tbb::parallel_for(tbb::blocked_range<size_t>(first, last, grain), [&](const tbb::blocked_range<size_t>& range) {
-          for (size_t i = range.begin(); i < range.end(); ++i) TraceReceiver(active[i], round);
+          for (size_t i = range.begin(); i < range.end(); ++i) work(i);
         });
       });
       const double elapsed_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -177,15 +229,17 @@ class LightTracer {
     if (cut.share <= 0) return;
     Tally& tally = tallies_[index];
     tally.share = float(cut.share);
-    // The plane came in floats: 4 ulps of the distance to the eye that it is told from.
-    constexpr double kFourUlps = 4.8e-7;
-    const double distance_m = glm::length(receiver.position_ws - receivers_.camera.eye_ws);
+    const int count = round.last - round.first;
+    if (is_lit_[index] != 0 && IsWhole(cut)) {
+      tally.above += count;
+      tally.visible += count;
+      return;
+    }
     const glm::vec3 origin(scene_.TraceFromWorld(receiver.position_ws));
-    RayFan fan(scene_, origin, glm::vec3(receiver.normal_ws), float(kFourUlps * distance_m * scene_.trace_scale()));
+    RayFan fan(scene_, origin, glm::vec3(receiver.normal_ws), float(PlaneError(receiver)));
     const glm::vec3 to_center(center_ - glm::dvec3(origin));
     const glm::uvec2 shift = ShiftOf(options_.seed, index);
     const glm::vec3 height(cut.along_u, cut.along_v, cut.middle);
-    const int count = round.last - round.first;
     alignas(64) float heights[kLanes];
     int above = 0;
     int occluded = 0;
@@ -201,10 +255,17 @@ class LightTracer {
       for (int i = 0; i < kLanes; ++i) fan.is_wanted()[i] = heights[i] > 0 ? -1 : 0;
       for (int i = count - done; i < kLanes; ++i) fan.is_wanted()[i] = 0;
       for (int i = 0; i < kLanes; ++i) above -= fan.is_wanted()[i];
-      occluded += fan.CountOccluded();
+      if (is_lit_[index] == 0) occluded += fan.CountOccluded();
     }
     tally.above += above;
     tally.visible += above - occluded;
+  }
+
+  // All points of the light are above the plane, in floats too.
+  static bool IsWhole(const LightAbovePlane& cut) {
+    constexpr double kRounding = 1e-5;
+    const double slope = std::abs(cut.along_u) + std::abs(cut.along_v);
+    return cut.middle - slope / 2 > kRounding * (cut.middle + slope);
   }
 
   // Receivers whose error is not small enough after `rays`. Pixels that agree with all their neighbours are done.
@@ -256,6 +317,7 @@ class LightTracer {
   glm::dvec3 center_;          // trace space
   glm::vec3 edge_u_, edge_v_;  // trace space, full edges
   std::vector<Tally> tallies_;
+  std::vector<uint8_t> is_lit_;  // 1: nothing stands between its tile and the light
 };
 
 }  // namespace

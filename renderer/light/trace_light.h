@@ -4,7 +4,8 @@
 // Points on the light: one Owen-scrambled Sobol sequence a seed, moved by a digital shift (exclusive or) that each
 // receiver's hash gives: every receiver has a stratified sequence of its own, and sixteen neighbours on the light stay
 // neighbours, so a packet of rays is a narrow beam. The receiver's own plane is no occluder (ray_scene.h); of the light
-// what stands above that plane is sampled and weighed by its exact share, so a lone plane has no noise. No GL.
+// what stands above that plane is sampled and weighed by its exact share, so a lone plane has no noise. Where nothing
+// is between a tile of receivers and the light (light_shaft.h), no ray is traced, to the same numbers. No GL.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -23,7 +24,8 @@ struct TraceOptions {
   bool is_adaptive = false;   // 16, 64, 256, ... rays until ExpectedTraceError is stop_error
   double stop_error = 0.005;  // of visibility
   uint32_t seed = 0;
-  int threads = 0;  // at most; 0: as many as this process may use
+  bool skips_lit = true;  // leave out the rays of lit tiles
+  int threads = 0;        // at most; 0: as many as this process may use
 };
 
 struct TracedLight {
@@ -32,6 +34,7 @@ struct TracedLight {
   std::vector<float> hidden;      // hidden fraction, in [0,1], of the part of the light above the receiver's plane
   std::vector<float> errors;      // expected |error| of it, 0 where 16 rays or more agree
   uint64_t rays = 0;              // traced
+  uint64_t lit = 0;               // receivers of tiles that nothing stands between and the light: without rays
 };
 
 // The same numbers whatever the threads. `stop` is asked on the calling thread about every 10 ms; its error comes back.

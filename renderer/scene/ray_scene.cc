@@ -56,7 +56,7 @@ RayScene::~RayScene() {
 uint64_t RayScene::SizeBytes() const {
   uint64_t bytes = triangles_.vertices.size() * sizeof(glm::vec4) +
                    (triangles_.indices.size() + triangles_.mask_of_triangle.size()) * sizeof(uint32_t) +
-                   triangles_.mask_corners.size() * sizeof(glm::vec3);
+                   triangles_.mask_corners.size() * sizeof(glm::vec3) + boxes_.SizeBytes();
   for (const RayMask& mask : triangles_.masks) bytes += mask.SizeBytes();
   return bytes + uint64_t(std::max<int64_t>(0, embree_bytes_));
 }
@@ -96,6 +96,7 @@ absl::Status RayScene::AddCasters(const FlatScene& scene, const Pose& pose, cons
   if (largest > 0) scale_ = std::ldexp(1.0, -(std::ilogb(largest) + 1));
   triangles_.vertices.reserve(points_ws.size());
   for (const glm::dvec3& point : points_ws) triangles_.vertices.emplace_back(glm::vec3(TraceFromWorld(point)), 0);
+  boxes_ = RayBoxes(triangles_.vertices, triangles_.indices);
   return absl::OkStatus();
 }
 

@@ -17,6 +17,7 @@
 #include "renderer/renderer.h"
 #include "renderer/scene/flat_scene.h"
 #include "renderer/scene/pose.h"
+#include "renderer/scene/ray_boxes.h"
 #include "renderer/scene/ray_mask.h"
 
 struct RTCDeviceTy;
@@ -39,6 +40,7 @@ class RayScene {
 
   // Of ray_fan.h; null where nothing casts.
   RTCSceneTy* embree_scene() const { return scene_; }
+  const RayBoxes& boxes() const { return boxes_; }
   uint64_t SizeBytes() const;  // the hierarchy's memory included
 
   struct Triangles {
@@ -63,6 +65,7 @@ class RayScene {
   glm::dvec3 origin_ws_{0};
   double scale_ = 1;
   Triangles triangles_;
+  RayBoxes boxes_;
   RTCDeviceTy* device_ = nullptr;
   RTCSceneTy* scene_ = nullptr;
   std::atomic<int64_t> embree_bytes_{0};

@@ -60,6 +60,23 @@ TEST_F(ServiceTest, ASceneGoesUpAndAFrameComesDown) {
   EXPECT_GT(response.report().timing().total_ms(), 0);
 }
 
+TEST_F(ServiceTest, APictureThatIsLateInSpiteOfThePredictionSaysSo) {
+  v1::RenderRequest request = Request(MakeScene());
+  request.mutable_budget()->mutable_max_latency()->set_seconds(2);
+  const auto reason = [&]() -> std::string {
+    grpc::ClientContext context;
+    v1::RenderResponse response;
+    const grpc::Status status = renders_->Render(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.report().reason();
+  };
+  EXPECT_THAT(reason(), testing::Not(HasSubstr("late")));
+  render_ms = 2100;
+  EXPECT_THAT(reason(), testing::ContainsRegex("late: 2[0-9][0-9][0-9] ms of 2000"));
+  request.mutable_budget()->mutable_max_latency()->set_seconds(600);
+  EXPECT_THAT(reason(), testing::Not(HasSubstr("late"))) << "the same time is in time for a later bound";
+}
+
 TEST_F(ServiceTest, AnUnknownSceneIsNotFound) {
   const grpc::Status status = Render(Request("scenes/" + std::string(64, '0')));
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);

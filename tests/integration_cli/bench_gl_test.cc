@@ -31,6 +31,14 @@ TEST(BenchCommandTest, TheSmokeSuiteMeasuresEverySettingOfEveryMethod) {
   for (const auto& row : json["cases"][1]["rows"]) EXPECT_LE(row["mae_shadowed"], 0.02) << row;
   EXPECT_EQ(json["cases"][1]["rows"][1]["steps_wall_ms"][2][0], "blur_rows");
   for (const auto& curve : json["curves"]) EXPECT_EQ(curve["failure"], "") << curve;
+  ASSERT_EQ(json["sequences"].size(), 3u);
+  for (const auto& sequence : json["sequences"]) {
+    EXPECT_FALSE(sequence.contains("failure")) << sequence;
+    EXPECT_LE(sequence["mae_shadowed"], 0.02) << sequence;  // of a budget of .01, against 512 rays at a small size
+    EXPECT_GT(sequence["lit_tiles"], 0) << sequence;
+    EXPECT_FALSE(sequence["skips"].empty()) << sequence;
+  }
+  EXPECT_GT(json["replies"][0]["plan_ms"], 0);
   for (const char* name : {"index.html", "bench.csv", "bench.txt"}) {
     EXPECT_TRUE(std::ifstream(folder.path() / "out" / name).good()) << name;
   }

@@ -49,6 +49,8 @@ absl::StatusOr<OcclusionSum> RayMethod::ResolveOcclusion(const DrawContext& draw
                                                   [&draw] { return draw.pacer->Finish(); }));
   OcclusionSum sum{std::move(traced.hidden), 1, traced.rays};
   sum.errors = std::move(traced.errors);
+  if (traced.lit > 0)
+    sum.note = std::to_string(traced.lit) + " receivers lit: nothing between their tiles and the light";
   sum.has_independent_errors = true;
   return sum;
 }

@@ -14,6 +14,7 @@
 namespace halfshade {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 class DrawnBudgetTest : public testing::Test {
@@ -65,6 +66,28 @@ TEST_F(DrawnBudgetTest, AMethodThatWasChosenIsDrawnAgainUntilItsErrorIsMet) {
   result = Render();
   ASSERT_OK(result);
   EXPECT_TRUE(std::equal(image.data(), image.data() + image.size(), result->images[0].image.data()));
+}
+
+TEST_F(DrawnBudgetTest, ItIsDrawnAgainOnlyWhereThatIsToEndInTime) {
+  request_.is_auto = true;
+  request_.method = RayOptions{.rays = 16};
+  request_.budget.max_error = 0.01;
+  request_.budget.max_latency_ms = 600'000;
+  const auto in_time = Render();
+  ASSERT_OK(in_time);
+  EXPECT_THAT(in_time->report.reason, HasSubstr("ray drawn again at half the error"));
+  // A machine on which what is to come takes longer, however quick what was drawn was.
+  request_.budget.slowness = 1e6;
+  EXPECT_THAT(Render(), StatusIs(absl::StatusCode::kFailedPrecondition,
+                                 AllOf(HasSubstr("budget.max_error: 0.01; the error is 0.0"),
+                                       HasSubstr(", by ray, and budget.max_latency leaves no time for better"))));
+  // And one that has no time left, though what is to come is predicted to take none.
+  request_.budget.slowness = 0;
+  request_.budget.max_latency_ms = 1e-3;
+  EXPECT_THAT(Render(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("leaves no time for better")));
+  // What keeps its error needs no time for another.
+  request_.budget.max_error = 0.1;
+  EXPECT_OK(Render());
 }
 
 // Straight edges, where stratified rays are luckier than their estimate, may be told too large; nothing too small.

@@ -186,6 +186,57 @@ TEST(TraceLightTest, OneThreadAndTwoGiveTheSameBytes) {
   }
 }
 
+// A camera's pixels on a ground that casts too, and points all over the solids.
+TEST(TraceLightTest, LitTilesWithoutRaysAreTheSameNumbers) {
+  for (const char* name : {"S1", "S2", "S3", "S4", "S5", "S6"}) {
+    const RealScene made(name);
+    const MadeScene plain = MakeScene(name, {.light_share = 0.2});
+    std::vector<GlbMesh> meshes = plain.meshes;
+    meshes.push_back(MakePlate({0, plain.ground_height_m, 0}, 8, 8));
+    const auto on_ground = MakeRayScene(MakeFlatScene(meshes));
+    CpuReceivers pixels;
+    pixels.camera = made.request.camera;
+    pixels.width = 80;
+    pixels.height = 45;
+    const float below = float(plain.ground_height_m - pixels.camera.eye_ws.y);
+    for (int i = 0; i < 80 * 45; ++i) pixels.planes.push_back(i % 7 == 0 ? glm::vec4(0) : glm::vec4(0, 1, 0, below));
+    AreaLight slanted = made.request.lights[0];
+    slanted.axis_v_ws = glm::normalize(slanted.axis_v_ws + 0.3 * slanted.normal_ws);
+    slanted.normal_ws =
+        glm::cross(slanted.axis_u_ws, slanted.axis_v_ws) *
+        (glm::dot(glm::cross(slanted.axis_u_ws, slanted.axis_v_ws), slanted.normal_ws) > 0 ? 1.0 : -1.0);
+    for (const AreaLight& light : {made.request.lights[0], slanted}) {
+      for (const bool is_adaptive : {false, true}) {
+        TraceOptions options = {.rays = 64, .is_adaptive = is_adaptive, .seed = 5};
+        const TracedLight skipped = Trace(*on_ground, light, pixels, options);
+        const TracedLight skipped_points = Trace(*made.rays, light, made.receivers, options);
+        options.skips_lit = false;
+        const TracedLight whole = Trace(*on_ground, light, pixels, options);
+        const TracedLight whole_points = Trace(*made.rays, light, made.receivers, options);
+        EXPECT_EQ(skipped.hidden, whole.hidden) << name;
+        EXPECT_EQ(skipped.visibility, whole.visibility) << name;
+        EXPECT_EQ(skipped.errors, whole.errors) << name;
+        EXPECT_EQ(skipped_points.hidden, whole_points.hidden) << name;
+        EXPECT_EQ(skipped_points.errors, whole_points.errors) << name;
+        EXPECT_EQ(whole.lit, 0u);
+        EXPECT_GT(skipped.lit, 100u) << name;
+        EXPECT_LE(skipped.rays + 16 * skipped.lit, whole.rays) << name;
+        std::printf("%s%s: %d of %d receivers lit, %.2f of the rays\n", name, is_adaptive ? " adaptive" : "",
+                    int(skipped.lit), 80 * 45 * 6 / 7, double(skipped.rays) / double(whole.rays));
+      }
+    }
+  }
+}
+
+TEST(TraceLightTest, FewRaysAndPointLightsAskForNoTiles) {
+  const RealScene made("S2");
+  AreaLight point = made.request.lights[0];
+  point.width_m = point.height_m = 0;
+  EXPECT_EQ(Trace(*made.rays, made.request.lights[0], made.receivers, {.rays = 15}).lit, 0u);
+  EXPECT_GT(Trace(*made.rays, made.request.lights[0], made.receivers, {.rays = 16}).lit, 0u);
+  EXPECT_EQ(Trace(*made.rays, point, made.receivers, {.rays = 16}).lit, 0u);
+}
+
 TEST(TraceLightTest, AdaptiveRaysOfPointsKeepTheirError) {
   const RealScene s2("S2");
   const TracedLight truth = Trace(*s2.rays, s2.request.lights[0], s2.receivers, {.rays = 4096, .seed = 9});

@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "tests/support/flat_scene_builder.h"
+#include "tests/support/scene_makers.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade {
@@ -146,6 +148,25 @@ TEST(ChooseMethodTest, AfterABreachShaftHalvesItsErrorThenRaysTakeOverUntilThere
 TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
   EXPECT_FALSE(CertifiesByDefault(Facts(6000), 100));
   EXPECT_TRUE(CertifiesByDefault(Facts(6000), 100'000));
+}
+
+// Its work is a pass over the instances and a fixed number of candidates: no vertex is looked at, and none is here.
+TEST(SettleMethodTest, DecidesByInstancesWithoutATriangle) {
+  const MadeScene made = MakeScene("S6", {.light_share = 0.2});
+  FlatScene scene = MakeFlatScene(made.meshes);
+  const auto pose = BuildPose(scene, 0, {});
+  ASSERT_OK(pose);
+  RenderRequest request = RequestFor(made);
+  request.is_auto = true;
+  request.budget.max_error = 0.005;
+  RenderRequest emptied = request;
+  ASSERT_OK(SettleMethod(scene, *pose, 640 * 360, &request));
+  scene.positions = {};
+  scene.indices = {};
+  ASSERT_OK(SettleMethod(scene, *pose, 640 * 360, &emptied));
+  EXPECT_EQ(emptied.method_reason, request.method_reason);
+  EXPECT_EQ(emptied.predicted_cpu_ms, request.predicted_cpu_ms);
+  EXPECT_EQ(MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), 0.005).size(), 2u);
 }
 
 }  // namespace
