@@ -141,6 +141,10 @@ TEST_F(ScenesTest, ASceneWhoseBlobTheDiskDamagedIsNotFoundAndComesBackWithItsUpl
   folder_.Write("blobs/" + digest, damaged);
   Start();
   v1::RenderResponse response;
+  EXPECT_TRUE(Render(scene, &response).ok()) << "its flat form is whole, and nothing else is read";
+  server_.reset();
+  std::filesystem::remove_all(folder_ / "derived");
+  Start();
   const grpc::Status status = Render(scene, &response);
   EXPECT_EQ(status.error_code(), StatusCode::NOT_FOUND);
   EXPECT_THAT(status.error_message(), HasSubstr(digest + " was damaged"));
