@@ -67,7 +67,9 @@ class Frame {
       }));
     }
     FinishShares();
-    if (predicted_count_ > 0) report_.error.predicted = predicted_sum_ / double(predicted_count_);
+    if (predicted_count_ > 0) {
+      report_.error.predicted = ErrorOfTold(request_.method) * predicted_sum_ / double(predicted_count_);
+    }
     if (request_.certify) ReportCertificate(EstimateError(certified_, request_.seed), report_);
     return absl::OkStatus();
   }

@@ -35,6 +35,8 @@ constexpr int kMostSsmMap = 512;
 constexpr double kShaftErrorOfRow = 0.03;
 constexpr int kMostRows = 64;
 constexpr double kRayErrorOfRay = 0.2, kRayRate = 0.7;
+// Fitted to 200 scenes, lights and cameras at random (tests/accuracy/auto_gl_test), held against 200 others.
+constexpr double kShaftErrorOfTold = 0.85;
 // Where all is masked, leaves upon leaves, they are so many times as large.
 constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
 constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
@@ -171,6 +173,10 @@ int RaysFor(const MethodFacts& facts, double max_error) {
   int rays = 16;
   while (rays < kMostRays && rays < wanted) rays *= 2;
   return rays;
+}
+
+double ErrorOfTold(const MethodOptions& options) {
+  return std::holds_alternative<ShaftOptions>(options) ? kShaftErrorOfTold : 1;
 }
 
 double CertificateMs(const MethodFacts& facts, const CertifyOptions& certificate) {

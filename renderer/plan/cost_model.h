@@ -44,6 +44,8 @@ double RayError(const MethodFacts& facts, int rays);
 int RaysFor(const MethodFacts& facts, double max_error);  // 16 to kMostRays, a power of two
 inline constexpr int kMostRays = 65536;
 inline constexpr double kSssmError = 0.03;
+// What a picture is off by, of what its method's samples say (picture_error.h).
+double ErrorOfTold(const MethodOptions& options);
 
 // Of a certificate of `pixels` by two sets of `rays`, the hierarchy that they are traced in included.
 double CertificateMs(const MethodFacts& facts, const CertifyOptions& certificate);
