@@ -155,13 +155,13 @@ TEST_F(GlMemoryTest, TheNextServerOnTheFolderFindsThePdsm) {
   options.keeps_store = true;
   server_.reset();
   int files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "light_data")) {
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "derived")) {
     std::fstream file(entry.path(), std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(1000);
     file.put('?');
     ++files;
   }
-  EXPECT_EQ(files, 1);
+  EXPECT_EQ(files, 2) << "the light data, and the scene as it was read";
   const v1::Pass again = render_anew("pdsm");
   EXPECT_EQ(again.count(), 64u);
   EXPECT_EQ(again.reason(), "what the store has is not whole: built again");
@@ -172,7 +172,7 @@ TEST_F(GlMemoryTest, TheNextServerOnTheFolderFindsThePdsm) {
   remove.set_name(request.scene());
   v1::DeleteSceneResponse removed;
   EXPECT_TRUE(scenes_->DeleteScene(&context, remove, &removed).ok());
-  EXPECT_TRUE(std::filesystem::is_empty(folder / "light_data"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "derived"));
   server_.reset();
   std::filesystem::remove_all(folder);
 }
