@@ -94,7 +94,8 @@ absl::StatusOr<gl::ObjectCache<const RayScene>::Pointer> PrepareRayScene(const D
   const bool is_hit = ray_scene != nullptr;
   if (!is_hit) {
     RETURN_IF_ERROR(TimedPass(draw, report, "ray_scene", &report.light_ms, [&]() -> absl::Status {
-      ASSIGN_OR_RETURN(ray_scene, RayScene::Create(source.scene, source.pose, source.decoder));
+      ASSIGN_OR_RETURN(ray_scene, RayScene::Create(source.scene, source.pose, source.decoder,
+                                                   [&draw] { return draw.pacer->Ask(); }));
       report.passes.back().count = ray_scene->triangles().indices.size() / 3;
       return absl::OkStatus();
     }));

@@ -7,11 +7,18 @@
 #include "renderer/status.h"
 
 namespace halfshade::gl {
+namespace {
+
+constexpr double kTellingMs = 1;  // shorter submissions say more of calls than of drawing
+constexpr double kMostSlowness = 8;
+
+}  // namespace
 
 Pacer::Pacer(const Context& context, StopCheck stop) : Pacer([&context] { context.gl().Finish(); }, std::move(stop)) {}
 
 absl::Status Pacer::Charge(double predicted_ms) {
-  if (pending_ms_ > 0 && pending_ms_ + predicted_ms > kMaxSubmissionMs) RETURN_IF_ERROR(Finish());
+  if (pending_ms_ > 0 && pending_ms_ + predicted_ms > MostMs()) RETURN_IF_ERROR(Finish());
+  if (pending_ms_ == 0) begin_ = std::chrono::steady_clock::now();
   pending_ms_ += predicted_ms;
   longest_predicted_ms_ = std::max(longest_predicted_ms_, pending_ms_);
   return absl::OkStatus();
@@ -21,6 +28,8 @@ absl::Status Pacer::Finish() {
   if (pending_ms_ > 0) {
     finish_();
     ++submissions_;
+    const double took_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_).count();
+    if (pending_ms_ >= kTellingMs) slowness_ = std::clamp((slowness_ + took_ms / pending_ms_) / 2, 1.0, kMostSlowness);
     pending_ms_ = 0;
   }
   return stop_();

@@ -3,6 +3,7 @@
 
 #include <absl/status/status.h>
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 
@@ -13,18 +14,23 @@ namespace halfshade::gl {
 
 class Pacer {
  public:
-  // No submission may be predicted over this. A pass that would be is cut by its caller.
+  // No submission may be predicted over this.
   static constexpr double kMaxSubmissionMs = 20;
+  // The longest that a pass should predict for one draw: it cuts itself into such. Less than the bound where what was
+  // drawn so far took longer than was predicted.
+  double MostMs() const { return kMaxSubmissionMs / slowness_; }
 
   Pacer(const Context& context, StopCheck stop);
   // For tests: `finish` waits for the work handed out so far.
   Pacer(std::function<void()> finish, StopCheck stop) : finish_(std::move(finish)), stop_(std::move(stop)) {}
 
   // Before drawing what is predicted to take predicted_ms: finishes the work under way and asks the stop check if the
-  // two together would pass the bound. The check's error comes back, and nothing more should be drawn.
+  // two together would pass MostMs. The check's error comes back, and nothing more should be drawn.
   absl::Status Charge(double predicted_ms);
   // Finishes what is under way and asks the stop check.
   absl::Status Finish();
+  // Asks the stop check alone: from any thread.
+  absl::Status Ask() const { return stop_(); }
 
   uint64_t submissions() const { return submissions_; }
   double longest_predicted_ms() const { return longest_predicted_ms_; }
@@ -33,6 +39,8 @@ class Pacer {
   std::function<void()> finish_;
   StopCheck stop_;
   double pending_ms_ = 0;
+  std::chrono::steady_clock::time_point begin_;  // of what is pending
+  double slowness_ = 1;                          // what submissions took, over what was predicted
   double longest_predicted_ms_ = 0;
   uint64_t submissions_ = 0;
 };

@@ -11,7 +11,7 @@ namespace halfshade {
 absl::Status DrawFullscreen(const DrawContext& draw, int width, int height, double nanoseconds_per_pixel) {
   const GladGLContext& gl = draw.context->gl();
   const double row_ms = std::max(1e-9, nanoseconds_per_pixel * 1e-6 * width);
-  const int rows_per_band = int(std::clamp(gl::Pacer::kMaxSubmissionMs / row_ms, 1.0, double(height)));
+  const int rows_per_band = int(std::clamp(draw.pacer->MostMs() / row_ms, 1.0, double(height)));
   const gl::VertexArray no_attributes = gl::VertexArray::Create(*draw.context);
   gl.BindVertexArray(no_attributes.id());
   gl.Enable(GL_SCISSOR_TEST);

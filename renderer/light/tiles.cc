@@ -42,7 +42,7 @@ absl::Status DrawTiles(const DrawContext& draw, gl::Program& program, int width,
   program.Set("tile_pixels", float(kTilePixels));
   gl.Enable(GL_PROGRAM_POINT_SIZE);
   const double tile_ms = nanoseconds_per_pixel * 1e-6 * kTilePixels * kTilePixels;
-  const size_t at_once = size_t(std::clamp(gl::Pacer::kMaxSubmissionMs / tile_ms, 1.0, 1e6));
+  const size_t at_once = size_t(std::clamp(draw.pacer->MostMs() / tile_ms, 1.0, 1e6));
   absl::Status status;
   for (size_t first = 0; first < tiles.size() && status.ok(); first += at_once) {
     const size_t count = std::min(at_once, tiles.size() - first);

@@ -1,17 +1,12 @@
 #include "renderer/light/trace_light.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
-#include "renderer/gl/context.h"
 #include "renderer/light/light_shaft.h"
+#include "renderer/light/parallel_for.h"
 #include "renderer/math/sampling.h"
 #include "renderer/scene/ray_fan.h"
 #include "renderer/status.h"
@@ -22,11 +17,11 @@ namespace {
 constexpr int kLanes = RayFan::kSegments;
 constexpr int kFirstRays = 16;  // of adaptive rounds, each of which multiplies them by ...
 constexpr int kRoundGrowth = 4;
-constexpr int kMaxRoundRays = 4096;     // about 2 ms at one receiver: stays far below the stop check's period
-constexpr int kTile = 16;               // pixels a side: neighbours share nodes of the hierarchy
-constexpr size_t kRun = kTile * kTile;  // receivers that are found lit together: of a tile, where all receive
-constexpr size_t kGrain = 32;           // receivers a task
-constexpr double kSlabMs = 10;
+constexpr int kMaxRoundRays = 4096;      // about 2 ms at one receiver: stays far below the stop check's period
+constexpr int kTile = 16;                // pixels a side: neighbours share nodes of the hierarchy
+constexpr size_t kRun = kTile * kTile;   // receivers that are found lit together: of a tile, where all receive
+constexpr int kGrainRays = 2048;         // in a row by one thread: about 1 ms
+constexpr int kMostGrain = 32;           // receivers of them
 constexpr double kErrorRate = 0.7;       // of ExpectedTraceError
 constexpr double kMeanErrorRate = 0.85;  // for rays that agree and are wrong all the same
 
@@ -124,7 +119,9 @@ class LightTracer {
     if (options_.skips_lit && options_.rays >= kFirstRays && !is_point) RETURN_IF_ERROR(FindLit(active, stop));
     result.lit = uint64_t(std::count(is_lit_.begin(), is_lit_.end(), 1));
     for (const Round& round : rounds) {
-      RETURN_IF_ERROR(InSlabs(active.size(), kGrain, stop, [&](size_t i) { TraceReceiver(active[i], round); }));
+      const int grain = std::clamp(kGrainRays / (round.last - round.first), 1, kMostGrain);
+      const auto trace = [&](int i) { TraceReceiver(active[size_t(i)], round); };
+      RETURN_IF_ERROR(ParallelFor(int(active.size()), grain, trace, stop, options_.threads));
       const auto traced = std::count_if(active.begin(), active.end(), [&](uint32_t i) { return is_lit_[i] == 0; });
       result.rays += uint64_t(traced) * (round.last - round.first);
       if (options_.is_adaptive) active = WhereToGoOn(active, round.last);
@@ -161,12 +158,13 @@ class LightTracer {
 
   // Marks the receivers of each run between which and the light nothing stands.
   absl::Status FindLit(const std::vector<uint32_t>& order, const std::function<absl::Status()>& stop) {
-    return InSlabs((order.size() + kRun - 1) / kRun, 1, stop, [&](size_t run) {
-      const size_t first = run * kRun, last = std::min(order.size(), first + kRun);
+    const auto find = [&](int run) {
+      const size_t first = size_t(run) * kRun, last = std::min(order.size(), first + kRun);
       const LightShaft shaft = ShaftOf(&order[first], last - first);
       if (!scene_.boxes().AreAllOutside([&](const Box3f& box) { return shaft.Misses(box); })) return;
       for (size_t i = first; i < last; ++i) is_lit_[order[i]] = 1;
-    });
+    };
+    return ParallelFor(int((order.size() + kRun - 1) / kRun), 1, find, stop, options_.threads);
   }
 
   LightShaft ShaftOf(const uint32_t* run, size_t count) const {
@@ -196,31 +194,6 @@ class LightTracer {
   double PlaneError(const CpuReceiver& receiver) const {
     constexpr double kFourUlps = 4.8e-7;
     return kFourUlps * glm::length(receiver.position_ws - receivers_.camera.eye_ws) * scene_.trace_scale();
-  }
-
-  // Work on each of `count`, in slabs of about kSlabMs, so that the stop check has its say; the clock decides about
-  // slabs, never about numbers.
-  template <typename Work>
-  absl::Status InSlabs(size_t count, size_t most_grain, const std::function<absl::Status()>& stop,
-                       const Work& work) const {
-    using Clock = std::chrono::steady_clock;
-    tbb::task_arena arena(options_.threads > 0 ? options_.threads : gl::AvailableCpus());
-    size_t slab = 2 * most_grain;
-    for (size_t first = 0; first < count;) {
-      RETURN_IF_ERROR(stop());
-      const size_t last = std::min(count, first + slab);
-      const Clock::time_point begin = Clock::now();
-      arena.execute([&] {
-        const size_t grain = std::clamp<size_t>((last - first) / 8, 1, most_grain);
-        tbb::parallel_for(tbb::blocked_range<size_t>(first, last, grain), [&](const tbb::blocked_range<size_t>& range) {
-          for (size_t i = range.begin(); i < range.end(); ++i) work(i);
-        });
-      });
-      const double elapsed_ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-      first = last;
-      slab = std::max<size_t>(1, size_t(double(slab) * std::clamp(kSlabMs / std::max(elapsed_ms, 1e-3), 0.1, 4.0)));
-    }
-    return absl::OkStatus();
   }
 
   void TraceReceiver(uint32_t index, const Round& round) {

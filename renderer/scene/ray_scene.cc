@@ -18,6 +18,9 @@ bool CountBytes(void* total, ssize_t bytes, bool) {
   return true;
 }
 
+// Embree asks it from the threads that build.
+bool GoesOn(void* stop, double) { return (*static_cast<const StopCheck*>(stop))().ok(); }
+
 // Of every corner of the mesh's triangles: texture coordinate of the base colour, and alpha.
 void AddMaskCorners(const FlatScene& scene, const Mesh& mesh, std::vector<glm::vec3>* corners) {
   const Material& material = scene.materials[mesh.material];
@@ -41,10 +44,11 @@ bool RayScene::Triangles::IsMaskedAway(uint32_t triangle, float u, float v) cons
 }
 
 absl::StatusOr<std::unique_ptr<RayScene>> RayScene::Create(const FlatScene& scene, const Pose& pose,
-                                                           const ImageDecoder& decoder) {
+                                                           const ImageDecoder& decoder, const StopCheck& stop) {
   auto result = std::unique_ptr<RayScene>(new RayScene);
   RETURN_IF_ERROR(result->AddCasters(scene, pose, decoder));
-  RETURN_IF_ERROR(result->Build());
+  RETURN_IF_ERROR(stop());
+  RETURN_IF_ERROR(result->Build(stop));
   return result;
 }
 
@@ -100,7 +104,7 @@ absl::Status RayScene::AddCasters(const FlatScene& scene, const Pose& pose, cons
   return absl::OkStatus();
 }
 
-absl::Status RayScene::Build() {
+absl::Status RayScene::Build(const StopCheck& stop) {
   if (triangles_.indices.empty()) return absl::OkStatus();
   device_ = rtcNewDevice(nullptr);
   if (device_ == nullptr) {
@@ -119,8 +123,14 @@ absl::Status RayScene::Build() {
   rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
   rtcAttachGeometry(scene_, geometry);
   rtcReleaseGeometry(geometry);
+  StopCheck asked = stop;
+  rtcSetSceneProgressMonitorFunction(scene_, &GoesOn, &asked);
   rtcCommitScene(scene_);
+  rtcSetSceneProgressMonitorFunction(scene_, nullptr, nullptr);
   const RTCError error = rtcGetDeviceError(device_);
+  if (error == RTC_ERROR_CANCELLED) {
+    RETURN_IF_ERROR(stop());
+  }
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
     return absl::ResourceExhaustedError("ray_scene: no memory for a hierarchy of " +
                                         std::to_string(triangles_.indices.size() / 3) + " triangles");

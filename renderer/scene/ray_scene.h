@@ -28,9 +28,11 @@ namespace halfshade {
 class RayScene {
  public:
   // Both sides of every triangle occlude, those of a MASK material where the mask lets them: its image is decoded here,
-  // and the decoder's errors come back. RESOURCE_EXHAUSTED when Embree has no memory.
-  static absl::StatusOr<std::unique_ptr<RayScene>> Create(const FlatScene& scene, const Pose& pose,
-                                                          const ImageDecoder& decoder);
+  // and the decoder's errors come back. RESOURCE_EXHAUSTED when Embree has no memory. `stop` is asked by any thread
+  // while the hierarchy is built; its error comes back.
+  static absl::StatusOr<std::unique_ptr<RayScene>> Create(
+      const FlatScene& scene, const Pose& pose, const ImageDecoder& decoder,
+      const StopCheck& stop = [] { return absl::OkStatus(); });
   ~RayScene();
   RayScene(const RayScene&) = delete;
   RayScene& operator=(const RayScene&) = delete;
@@ -60,7 +62,7 @@ class RayScene {
  private:
   RayScene() = default;
   absl::Status AddCasters(const FlatScene& scene, const Pose& pose, const ImageDecoder& decoder);
-  absl::Status Build();
+  absl::Status Build(const StopCheck& stop);
 
   glm::dvec3 origin_ws_{0};
   double scale_ = 1;

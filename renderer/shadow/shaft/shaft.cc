@@ -6,7 +6,7 @@
 #include <functional>
 #include <utility>
 
-#include "renderer/light/parallel_tiles.h"
+#include "renderer/light/parallel_for.h"
 #include "renderer/shadow/shaft/resolve_tile.h"
 #include "renderer/shadow/shaft/sparse.h"
 #include "renderer/status.h"
@@ -50,14 +50,14 @@ class Resolve {
     if (rows_ == 0) RETURN_IF_ERROR(ChooseRows(filler));
     if (is_sparse_) {
       const TileFiller sparse_filler = MakeFiller(true);
-      RETURN_IF_ERROR(ForEachTile(
-          sparse_filler.count(), [&](int index) { ResolveTileOf(sparse_filler, index, rows_); }, stop_));
+      RETURN_IF_ERROR(ParallelFor(
+          sparse_filler.count(), 1, [&](int index) { ResolveTileOf(sparse_filler, index, rows_); }, stop_));
       const SparseGrid grid(receivers_, hidden_, errors_);
-      RETURN_IF_ERROR(ForEachTile(
-          filler.count(), [&](int index) { ResolveBetween(grid, filler, index); }, stop_));
+      RETURN_IF_ERROR(ParallelFor(
+          filler.count(), 1, [&](int index) { ResolveBetween(grid, filler, index); }, stop_));
     } else {
-      RETURN_IF_ERROR(ForEachTile(
-          filler.count(),
+      RETURN_IF_ERROR(ParallelFor(
+          filler.count(), 1,
           [&](int index) {
             if (!IsKept(index)) ResolveTileOf(filler, index, rows_);
           },
@@ -142,8 +142,8 @@ class Resolve {
     // Every column and row of tiles has its share: 11 is prime to all but itself. Of small pictures more than a 16th is
     // taken.
     sampled_ = filler.count() / every;
-    RETURN_IF_ERROR(ForEachTile(
-        sampled_, [&](int i) { ResolveTileOf(filler, SampledTile(i, every), kFewestRows); }, stop_));
+    RETURN_IF_ERROR(ParallelFor(
+        sampled_, 1, [&](int i) { ResolveTileOf(filler, SampledTile(i, every), kFewestRows); }, stop_));
     double sum = 0;
     uint64_t count = 0;
     for (size_t i = 0; i < hidden_.size(); ++i) {

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "renderer/light/binned_map.h"
-#include "renderer/light/parallel_tiles.h"
+#include "renderer/light/parallel_for.h"
 #include "renderer/light/receiver_tile.h"
 #include "renderer/light/sub_lights.h"
 #include "renderer/shadow/ssm/choose.h"
@@ -116,7 +116,7 @@ absl::Status Gather(const DrawContext& draw, const SsmData& data, std::span<cons
       GatherTile(maps[m], half_edges, tile, hidden_point, hidden->data(), share->data());
     }
   };
-  return ForEachTile(tiles.count(), gather_tile, [&draw] { return draw.pacer->Finish(); });
+  return ParallelFor(tiles.count(), 1, gather_tile, [&draw] { return draw.pacer->Finish(); });
 }
 
 absl::StatusOr<OcclusionSum> ResolveOnCpu(const DrawContext& draw, const SsmData& data, const Receivers& receivers) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <thread>
+
 #include "tests/support/status_matchers.h"
 
 namespace halfshade::gl {
@@ -13,6 +16,15 @@ TEST(PacerTest, NoSubmissionIsPredictedOverTheBound) {
   for (int i = 0; i < 100; ++i) ASSERT_OK(pacer.Charge(7));
   EXPECT_LE(pacer.longest_predicted_ms(), Pacer::kMaxSubmissionMs);
   EXPECT_EQ(finishes, 49) << "two of 7 ms fit 20 ms";
+}
+
+TEST(PacerTest, WhatTookLongerThanPredictedIsCutSmaller) {
+  Pacer pacer([] { std::this_thread::sleep_for(std::chrono::milliseconds(50)); }, [] { return absl::OkStatus(); });
+  EXPECT_EQ(pacer.MostMs(), Pacer::kMaxSubmissionMs);
+  ASSERT_OK(pacer.Charge(10));
+  ASSERT_OK(pacer.Finish());
+  EXPECT_LT(pacer.MostMs(), Pacer::kMaxSubmissionMs / 2.9);
+  EXPECT_GE(pacer.MostMs(), Pacer::kMaxSubmissionMs / 8);
 }
 
 TEST(PacerTest, TheStopChecksErrorComesBackBeforeMoreIsDrawn) {
