@@ -204,7 +204,7 @@ MethodNeeds ShaftMethod::Needs(const MethodOptions&, const SceneFacts&) const {
 absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const DrawContext&, const LightInputs& inputs,
                                                                        const MethodOptions&) const {
   auto data = std::make_unique<ShaftLightData>();
-  data->tree = BuildPolygonTree(BuildShaftPolygons(*inputs.cpu_occluders, inputs.light));
+  data->tree = BuildPolygonTree(*inputs.cpu_occluders, inputs.light);
   data->masks = inputs.cpu_occluders->masks;
   data->light = inputs.light;
   data->seed = inputs.seed;

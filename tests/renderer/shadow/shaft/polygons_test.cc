@@ -16,7 +16,7 @@ namespace {
 // Seen from a light at height 3 that shines down.
 ShaftPolygons Build(const std::vector<GlbMesh>& meshes, const AreaLight& light = LightAbove(3, 0.5)) {
   const FlatScene scene = MakeFlatScene(meshes);
-  return BuildShaftPolygons({BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, nullptr}, light);
+  return BuildShaftPolygons({BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, nullptr, {}}, light);
 }
 
 TEST(ShaftPolygonsTest, TheFacesOfABoxAreSixQuadsOfAClosedSurface) {
@@ -85,8 +85,8 @@ TEST(PolygonTreeTest, EveryPolygonIsInOneLeafAndWithinItsBoxes) {
   ASSERT_GT(tree.polygons.size(), 1000u);
   std::vector<int> seen(tree.polygons.size(), 0);
   size_t nodes = 1;
-  for (const PolygonTree::Node& node : tree.nodes) {
-    for (int i = 0; i < PolygonTree::kWidth; ++i) {
+  for (const TreeNode& node : tree.nodes) {
+    for (int i = 0; i < TreeNode::kWidth; ++i) {
       if (node.boxes.low[0][i] > node.boxes.high[0][i]) continue;
       if (node.count[i] == 0) ++nodes;
       for (uint32_t p = node.first[i]; p < node.first[i] + node.count[i]; ++p) {
