@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "renderer/image/compare.h"
+#include "renderer/plan/choose_method.h"
+#include "renderer/scene/pose.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/render_fixture.h"
 #include "tests/support/scene_makers.h"
@@ -16,6 +18,7 @@
 namespace halfshade {
 namespace {
 
+using testing::HasSubstr;
 using testing::StartsWith;
 
 const PassReport* ResolveOf(const RenderReport& report) {
@@ -78,6 +81,45 @@ TEST(ShaftReportTest, RowsThatAreLeftOpenAreTheFewestThatMeetTheError) {
     last = RowsOf(report);
   }
   EXPECT_EQ(last, "64");
+}
+
+// As a server settles it: by name, rows left open, with a budget.
+absl::StatusOr<RenderResult> RenderSettled(const FlatScene& scene, RenderRequest request, double max_error, int rows) {
+  request.method = ShaftOptions{.rows = rows};
+  request.budget.max_error = max_error;
+  const auto pose = BuildPose(scene, 0);
+  if (!pose.ok()) return pose.status();
+  const absl::Status settled = SettleMethod(scene, *pose, uint64_t(request.width) * request.height, &request);
+  if (!settled.ok()) return settled;
+  request.outputs = {OutputKind::kVisibility};
+  return TestRenderer().Render("", scene, request, [] { return absl::OkStatus(); });
+}
+
+TEST(ShaftReportTest, ByNameWithABudgetRowsAreChosenForItAndWhatBreaksItIsRefused) {
+  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  RenderRequest request = RequestFor(made);
+  request.width = 320;
+  request.height = 180;
+  int last = 0;
+  for (const double max_error : {0.03, 0.01, 0.003}) {
+    const auto result = RenderSettled(scene, request, max_error, 0);
+    ASSERT_OK(result);
+    ASSERT_TRUE(result->report.error.predicted);
+    std::printf("%g: %s rows, predicted %.5f\n", max_error, RowsOf(result->report).c_str(),
+                *result->report.error.predicted);
+    EXPECT_LE(*result->report.error.predicted, max_error);
+    EXPECT_GT(std::stoi(RowsOf(result->report)), last);
+    last = std::stoi(RowsOf(result->report));
+  }
+  // What 64 rows do not reach; and rows that are named stay, whatever the budget.
+  EXPECT_THAT(RenderSettled(scene, request, 0.00003, 0),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_error: 3e-05; the error is")));
+  EXPECT_THAT(RenderSettled(scene, request, 0.003, 8),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_error: 0.003; the error is")));
+  const auto eight = RenderSettled(scene, request, 0.01, 8);
+  ASSERT_OK(eight);
+  EXPECT_EQ(RowsOf(eight->report), "8");
 }
 
 TEST(ShaftTest, TheBytesAreTheSameOnOneThreadAndOnTwo) {
