@@ -173,6 +173,13 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
   return absl::OkStatus();
 }
 
+bool MakeSmaller(MethodOptions* options) {
+  const auto* shaft = std::get_if<ShaftOptions>(options);
+  if (shaft == nullptr) return false;
+  *options = RayOptions{.rays = RaysFor({}, shaft->max_error)};
+  return true;
+}
+
 bool MakeMoreExact(double max_error, MethodOptions* options) {
   if (auto* shaft = std::get_if<ShaftOptions>(options)) {
     const float half = float(max_error / 2);

@@ -43,6 +43,9 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
 // many until there are no more (false).
 bool MakeMoreExact(double max_error, MethodOptions* options);
 
+// What AUTO draws where its method has no room for its light data: rays for the same error. False: it has no other.
+bool MakeSmaller(MethodOptions* options);
+
 // What a certificate may cost of a request whose method is predicted to take cpu_ms: none, unless its rays and the
 // hierarchy that they are traced in are a twentieth of that.
 bool CertifiesByDefault(const MethodFacts& facts, double cpu_ms);

@@ -150,6 +150,14 @@ TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
   EXPECT_TRUE(CertifiesByDefault(Facts(6000), 100'000));
 }
 
+TEST(ChooseMethodTest, WithoutRoomForShaftRaysTakeItsPlaceForItsError) {
+  MethodOptions fine = ShaftOptions{.max_error = 0.001f}, coarse = ShaftOptions{.max_error = 0.02f};
+  ASSERT_TRUE(MakeSmaller(&fine));
+  ASSERT_TRUE(MakeSmaller(&coarse));
+  EXPECT_GT(std::get<RayOptions>(fine).rays, std::get<RayOptions>(coarse).rays);
+  EXPECT_FALSE(MakeSmaller(&fine));
+}
+
 TEST(SettleMethodTest, ShaftByNameChoosesItsRowsForTheWantedError) {
   const MadeScene made = MakeScene("S5", {.light_share = 0.2});
   const FlatScene scene = MakeFlatScene(made.meshes);
