@@ -62,7 +62,8 @@ absl::StatusOr<BinnedMap> DrawBinnedMap(const DrawContext& draw, std::shared_ptr
     RETURN_IF_ERROR(ReadFurthest(draw, *occluders, map, map.depths.data(), texels));
   }
   if (options.slabs > 0) {
-    map.tables = BuildDepthTables(map.depths.data(), options.size, options.texels_per_patch, options.slabs);
+    ASSIGN_OR_RETURN(map.tables, BuildDepthTables(map.depths.data(), options.size, options.texels_per_patch,
+                                                  options.slabs, [&draw] { return draw.pacer->Finish(); }));
   }
   if (map.side_slope > 0) map.all_sides = std::move(maps);
   return map;

@@ -6,14 +6,18 @@
 #include <span>
 #include <vector>
 
+#include "renderer/status.h"
+
 namespace halfshade {
 namespace {
 
+constexpr int kRowsBetweenStops = 64;
 constexpr float kLeastRange = 1.0f / (1 << 20);
 
 }  // namespace
 
-DepthTables BuildDepthTables(const float* depths, int size, int texels_per_patch, int slabs) {
+absl::StatusOr<DepthTables> BuildDepthTables(const float* depths, int size, int texels_per_patch, int slabs,
+                                             const std::function<absl::Status()>& stop) {
   assert(size >= 1 && size <= DepthTables::kMaxSize && slabs >= 1 && slabs <= DepthTables::kMaxSlabs);
   const int side = size * texels_per_patch;
   DepthTables tables;
@@ -34,6 +38,7 @@ DepthTables BuildDepthTables(const float* depths, int size, int texels_per_patch
   const uint32_t texel_area = DepthTables::kFullPatch / uint32_t(texels_per_patch * texels_per_patch);
   std::vector<uint32_t> row(size_t(size) * entry);
   for (int y = 0; y < size; ++y) {
+    if (y % kRowsBetweenStops == 0) RETURN_IF_ERROR(stop());
     std::fill(row.begin(), row.end(), 0);
     for (int line = y * texels_per_patch; line < (y + 1) * texels_per_patch; ++line) {
       const float* texel = &depths[size_t(line) * side];

@@ -7,8 +7,11 @@
 // Pure; no GL.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -42,7 +45,9 @@ struct DepthTables {
 };
 
 // `depths`: [size texels_per_patch]^2, each in [0,1]. texels_per_patch is 1, 2 or 4; 1 <= slabs <= kMaxSlabs;
-// 1 <= size <= kMaxSize (asserted).
-DepthTables BuildDepthTables(const float* depths, int size, int texels_per_patch, int slabs);
+// 1 <= size <= kMaxSize (asserted). `stop` is asked a few times; its error comes back.
+absl::StatusOr<DepthTables> BuildDepthTables(
+    const float* depths, int size, int texels_per_patch, int slabs,
+    const std::function<absl::Status()>& stop = [] { return absl::OkStatus(); });
 
 }  // namespace halfshade

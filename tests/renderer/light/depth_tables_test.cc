@@ -28,7 +28,7 @@ TEST(DepthTablesTest, BoxesHoldTheAreaAndTheMeanDepthOfEverySlab) {
       constexpr int kSize = 13;
       const int side = kSize * texels;
       const std::vector<float> depths = RandomDepths(side);
-      const DepthTables tables = BuildDepthTables(depths.data(), kSize, texels, slabs);
+      const DepthTables tables = *BuildDepthTables(depths.data(), kSize, texels, slabs);
       EXPECT_EQ(tables.SizeBytes(), DepthTables::SizeBytes(kSize, slabs));
       const int boxes[][4] = {{0, 0, kSize, kSize}, {2, 3, 9, 11}, {5, 5, 6, 6}, {0, 7, 13, 8}, {4, 4, 4, 9}};
       for (const auto& [x0, y0, x1, y1] : boxes) {
@@ -61,7 +61,7 @@ TEST(DepthTablesTest, BoxesHoldTheAreaAndTheMeanDepthOfEverySlab) {
 
 TEST(DepthTablesTest, AFlatMapIsOneSlabDeepAndAnEmptyOneShowsNothing) {
   const std::vector<float> flat(64, 0.5f);
-  const DepthTables tables = BuildDepthTables(flat.data(), 8, 1, 4);
+  const DepthTables tables = *BuildDepthTables(flat.data(), 8, 1, 4);
   EXPECT_EQ(tables.nearest_depth, 0.5f);
   EXPECT_EQ(tables.first_depth, 0.5f);
   EXPECT_GT(tables.slab_depth, 0);
@@ -70,7 +70,7 @@ TEST(DepthTablesTest, AFlatMapIsOneSlabDeepAndAnEmptyOneShowsNothing) {
   EXPECT_EQ(BoxSum(tables, 1, 1, 8, 3, 1), 0u);
 
   const std::vector<float> empty(64, 0.0f);
-  const DepthTables nothing = BuildDepthTables(empty.data(), 8, 1, 4);
+  const DepthTables nothing = *BuildDepthTables(empty.data(), 8, 1, 4);
   EXPECT_TRUE(nothing.IsEmpty());
   EXPECT_EQ(BoxSum(nothing, 0, 0, 8, 8, 0), 0u);
 }
@@ -81,7 +81,7 @@ TEST(DepthTablesTest, TheLargestTableStillTellsOneTexelFromAnother) {
   std::vector<float> depths(size_t(kSize) * kSize, 1.0f);
   depths[size_t(kSize - 2) * kSize + kSize - 2] = 0;
   depths[0] = 0.5f;
-  const DepthTables tables = BuildDepthTables(depths.data(), kSize, 1, 2);
+  const DepthTables tables = *BuildDepthTables(depths.data(), kSize, 1, 2);
   EXPECT_EQ(BoxSum(tables, kSize - 3, kSize - 3, kSize, kSize, 0), 8 * DepthTables::kFullPatch);
   EXPECT_EQ(BoxSum(tables, 0, 0, kSize, kSize, 0), (uint32_t(kSize) * kSize - 1) * DepthTables::kFullPatch);
   EXPECT_EQ(BoxSum(tables, 0, 0, kSize, kSize, 1), (uint32_t(kSize) * kSize - 2) * DepthTables::kFullPatch);

@@ -33,7 +33,7 @@ BinnedMap PlateMap(int texels_per_patch, int slabs, double ground_z = 0) {
       map.depths[size_t(y) * map.map_size + x] = is_plate ? float(kNear) : ground_z > 0 ? float(kNear / ground_z) : 0;
     }
   }
-  map.tables = BuildDepthTables(map.depths.data(), kSize, texels_per_patch, slabs);
+  map.tables = *BuildDepthTables(map.depths.data(), kSize, texels_per_patch, slabs);
   return map;
 }
 
@@ -111,7 +111,7 @@ TEST(GatherTest, ReceiversGetTheSameAloneAndTogether) {
   for (int i = 0; i < map.map_size * map.map_size; ++i) {
     if (map.depths[i] > 0 && any(random) < 0.3) map.depths[i] = float(kNear / (1.7 + 0.6 * any(random)));
   }
-  map.tables = BuildDepthTables(map.depths.data(), kSize, 2, 4);
+  map.tables = *BuildDepthTables(map.depths.data(), kSize, 2, 4);
   for (int round = 0; round < 50; ++round) {
     const glm::dvec2 middle(any(random), any(random));
     std::vector<glm::dvec2> places;
@@ -137,7 +137,7 @@ TEST(GatherTest, AReceiversOwnSurfaceDoesNotHideAndContactDoes) {
       if (u > 0.5 && u < 0.6) map.depths[size_t(y) * map.map_size + x] = float(kNear / 1.998);
     }
   }
-  map.tables = BuildDepthTables(map.depths.data(), kSize, 2, 4);
+  map.tables = *BuildDepthTables(map.depths.data(), kSize, 2, 4);
   EXPECT_EQ(Receivers({{1.1, 0.2}}).Hidden(map, 0.05)[0], 1);
 }
 
