@@ -47,6 +47,7 @@ std::vector<Face> FaceFinder::Find(uint32_t first, uint32_t last, uint32_t end) 
   faces.reserve(last - first);
   for (uint32_t t = first; t < last; ++t) {
     if (is_done_[t]) continue;
+    is_done_[t] = true;
     Face face = {{Corner(t, 0), Corner(t, 1), Corner(t, 2), Corner(t, 2)}, 3, topology_.closed[t]};
     for (uint32_t k = 0; k < 3 && face.count == 3; ++k) {
       const uint32_t other = topology_.neighbours[3 * t + k];

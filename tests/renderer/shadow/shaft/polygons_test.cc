@@ -69,6 +69,16 @@ TEST(ShaftPolygonsTest, QuadsThatAreBentOrNotConvexStayTwoTriangles) {
   EXPECT_EQ(Build({arrow}).polygons.size(), 2u);
 }
 
+// Three in a plane, of which the middle one is asked for first and could go with either.
+TEST(ShaftPolygonsTest, ATriangleIsOfOneQuadOnly) {
+  GlbMesh fan;
+  fan.positions = {{0, 1, 0}, {1, 1, 0}, {0.5f, 1, 0.8f}, {0.6f, 1, -0.8f}, {1.4f, 1, 0.7f}};
+  fan.indices = {0, 2, 1, 0, 1, 3, 1, 2, 4};
+  const ShaftPolygons polygons = Build({fan});
+  ASSERT_EQ(polygons.polygons.size(), 2u);
+  EXPECT_EQ(polygons.polygons[0].corners + polygons.polygons[1].corners, 4 + 3);
+}
+
 TEST(ShaftPolygonsTest, WhatCrossesTheLightsPlaneIsCutThereAndOpen) {
   const AreaLight light = LightAbove(3, 0.5);
   const ShaftPolygons polygons = Build({MakeBox({0.2, 3, 0}, {1, 1, 1})}, light);

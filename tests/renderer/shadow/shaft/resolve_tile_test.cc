@@ -226,7 +226,8 @@ TEST(ResolveTileTest, LevelsOfADenseMeshSavePolygonsAndShowLessThanTheSamplesMis
     }
     std::printf("%d rows: polygons %.2f, error %.2f of those without levels, largest difference %.4f\n", rows,
                 double(simple.drawn) / double(whole.drawn), simple_error / error, largest);
-    EXPECT_LT(double(simple.drawn), (rows == 8 ? 0.6 : rows == 16 ? 0.7 : 0.95) * double(whole.drawn));
+    // The mesh itself is drawn as quads, its levels as triangles.
+    EXPECT_LT(double(simple.drawn), (rows == 8 ? 0.62 : rows == 16 ? 0.73 : 0.95) * double(whole.drawn));
     EXPECT_LT(simple_error, 1.2 * error);
     // What a level may show, where it is not that a sample more or less is hidden; so nothing shines between two.
     EXPECT_LT(largest, (0.24 + 0.4) / rows);
