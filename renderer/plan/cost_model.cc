@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "renderer/light/shared_meshes.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/plan/frame_plan.h"
 
@@ -13,6 +15,7 @@ constexpr double kEach = 1.5;  // whatever its size: what a picture of one pixel
 constexpr double kPrimaryPerReceiver = 4e-5;
 constexpr double kFinishPerReceiver = 8e-5;  // of maps' methods: horizon, clamping, read-back; a light
 constexpr double kShaftPerTriangle = 8e-4;
+constexpr double kShaftShared = 0.45;  // more, of polygons that are made for each tile
 constexpr double kShaftPerReceiver = 2e-5;
 constexpr double kShaftPerPolygon = 2.4e-6;  // times the square root of the triangles: what a tile's list grows like
 constexpr double kShaftPerRow = 1.0 / 40;    // of that, for each row beyond 8
@@ -98,7 +101,9 @@ struct CostOf {
     const int rows = shaft.rows > 0 ? shaft.rows : ShaftRowsFor(facts, shaft.max_error);
     const double masks = kShaftMasked * facts.masked_share * (1 + kMaskedPerRow * (rows - 8));
     const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) * (1 + kShaftPerRow * (rows - 8) + masks);
-    return {TriangleCount(facts) * kShaftPerTriangle, kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * lists};
+    const double made = 1 + kShaftShared * facts.shared_share;
+    return {TriangleCount(facts) * (1 - facts.shared_share) * kShaftPerTriangle,
+            kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * made * lists};
   }
 };
 
@@ -120,18 +125,29 @@ double Clutter(const MethodFacts& facts, double most) { return 1 + (most - 1) * 
 MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers) {
   MethodFacts facts;
   uint64_t masked = 0;
+  std::vector<uint64_t> places(scene.meshes.size(), 0);  // without a mask
   for (const Instance& instance : pose.instances) {
     if (!instance.casts) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
     facts.casting_triangles += mesh.TriangleCount();
-    if (scene.CoverageOf(mesh) == MaskCoverage::kTested) masked += mesh.TriangleCount();
+    const MaskCoverage coverage = scene.CoverageOf(mesh);
+    if (coverage == MaskCoverage::kTested) masked += mesh.TriangleCount();
+    if (coverage == MaskCoverage::kFull) ++places[instance.mesh];
     const Box3d box = WorldBox(scene, instance);
     facts.has_side_windows =
         facts.has_side_windows ||
         (!box.IsEmpty() && std::any_of(request.lights.begin(), request.lights.end(),
                                        [&](const AreaLight& light) { return StandsBeside(light, box); }));
   }
-  if (facts.casting_triangles > 0) facts.masked_share = double(masked) / double(facts.casting_triangles);
+  uint64_t shared = 0;
+  for (size_t i = 0; i < places.size(); ++i) {
+    if (IsWorthSharing(scene.meshes[i].TriangleCount(), places[i]))
+      shared += scene.meshes[i].TriangleCount() * places[i];
+  }
+  if (facts.casting_triangles > 0) {
+    facts.masked_share = double(masked) / double(facts.casting_triangles);
+    facts.shared_share = double(shared) / double(facts.casting_triangles);
+  }
   facts.receivers = receivers;
   facts.lights = std::max<uint64_t>(request.lights.size(), 1);
   facts.wants_penumbra_width =
