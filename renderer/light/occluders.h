@@ -16,6 +16,19 @@
 
 namespace halfshade {
 
+// A point of a mesh in the frame of a light, in double until the end. (As the product of matrix and vector, which GLM
+// makes of four rows.)
+inline glm::vec3 PointInLight(const glm::dmat4& light_from_mesh, const glm::vec3& point) {
+  const glm::dmat4& m = light_from_mesh;
+  const glm::dvec3 p(point);
+  return {float((m[0].x * p.x + m[1].x * p.y) + (m[2].x * p.z + m[3].x)),
+          float((m[0].y * p.x + m[1].y * p.y) + (m[2].y * p.z + m[3].y)),
+          float((m[0].z * p.x + m[1].z * p.y) + (m[2].z * p.z + m[3].z))};
+}
+
+// The longest edge of what becomes of the mesh's unit cube.
+double LongestAxis(const glm::dmat4& from_mesh);
+
 // Consecutive triangles that occlude only where their material, MASK or BLEND, lets them.
 struct MaskedOccluders {
   uint32_t material = 0;
@@ -56,6 +69,8 @@ struct LightSpaceOccluders {
 // where one crosses the light's plane, 2^-20 of the occluders' largest coordinate: depth maps hold w z_near in floats,
 // whose precision does not depend on it. Only powers of two and maxima go into it, so that scaling scene and light by a
 // power of two changes no bit of a map. Meshes of which a MASK or BLEND material leaves nothing are not there.
-LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light);
+// `largest_coordinate_m`: of occluders that stand elsewhere, for hull.z_near().
+LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light,
+                                             double largest_coordinate_m = 0);
 
 }  // namespace halfshade

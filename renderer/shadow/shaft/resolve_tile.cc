@@ -50,7 +50,7 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
 }
 
 // Draws polygons until nothing of the light is left.
-uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const std::vector<uint32_t>& list,
+uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const TileScratch& lists,
                   const Tile& tile, int block, LightRows* light, bool* meets_blend) {
   constexpr size_t kCheckEvery = 4;
   const int first = block * Tile::kLanes;
@@ -65,8 +65,8 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
   at.active = tile.active[block];
   at.is_loose = tile.is_loose;
   const auto hide = [light](int r, const Words& inside) { light->hidden[r] = light->hidden[r] | inside; };
-  for (size_t i = 0; i < list.size(); ++i) {
-    const Polygon& polygon = tree.polygons[list[i]];
+  for (size_t i = 0; i < lists.block.size(); ++i) {
+    const Polygon& polygon = lists.tile[lists.block[i]];
     if (polygon.masked >= 0) {
       const MaskedTriangle& triangle = tree.masked[polygon.masked];
       const RayMask& mask = masks[triangle.mask];
@@ -83,7 +83,7 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
     }
     if (i % kCheckEvery == kCheckEvery - 1 && IsAllHidden(*light)) return i + 1;
   }
-  return list.size();
+  return lists.block.size();
 }
 
 // Counts what is hidden of what is above the plane.
@@ -124,12 +124,12 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
   std::fill_n(result->disagreement, Tile::kMost, 0.0f);
   const Bounds bounds = BoundsOf(tile, 0, Tile::kBlocks);
   FindPolygons(tree, MakeShaft(tile, 0, tile.shares_one_plane ? Tile::kBlocks : 0, bounds), bounds,
-               kLevelErrorOfOneRow / float(rows), &lists->stack, &lists->tile);
+               kLevelErrorOfOneRow / float(rows), lists);
   result->polygons = uint32_t(lists->tile.size());
   result->drawn = 0;
   result->meets_blend = false;
   if (lists->tile.empty()) return;
-  Arrange(tree, lists->tile, bounds, &lists->arranged);
+  Arrange(lists->tile, bounds, &lists->arranged);
 
   float row_shift[kMostRows];  // van der Corput's
   for (int r = 0; r < rows; ++r) {
@@ -142,10 +142,10 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
     if (tile.active[block] == 0) continue;
     const Bounds block_bounds = BoundsOf(tile, block, block + 1);
     const Shaft shaft = MakeShaft(tile, block, tile.shares_plane[block] ? block + 1 : block, block_bounds);
-    NarrowList(tree, lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
+    NarrowList(lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
     if (lists->block.empty()) continue;
     StartRows(tile, block, rows, LeanOf(tile.block_hash[block], rows), row_shift, &light);
-    result->drawn += DrawList(tree, masks, lists->block, tile, block, &light, &result->meets_blend);
+    result->drawn += DrawList(tree, masks, *lists, tile, block, &light, &result->meets_blend);
     CountHidden(light, tile, block, result);
   }
 }

@@ -22,7 +22,9 @@ struct TileResult {
 
 // Lists that grow once a thread.
 struct TileScratch {
-  std::vector<uint32_t> stack, tile, block;
+  std::vector<uint32_t> stack, instances;
+  std::vector<Polygon> tile;
+  std::vector<uint32_t> block;  // into tile
   std::vector<Polygons16> arranged;
 };
 

@@ -208,11 +208,22 @@ MethodNeeds ShaftMethod::Needs(const MethodOptions&, const SceneFacts&) const {
 
 absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const DrawContext&, const LightInputs& inputs,
                                                                        const MethodOptions&) const {
+  const uint64_t copied = inputs.cpu_occluders->triangles.indices.size() / 3;
+  const auto check_room = [&](uint64_t bytes) {
+    if (bytes <= inputs.light_cache_bytes) return absl::OkStatus();
+    return absl::ResourceExhaustedError("shaft: " + std::to_string(copied) + " triangles of their own take " +
+                                        std::to_string(bytes) +
+                                        " bytes of light data and more; the light cache holds " +
+                                        std::to_string(inputs.light_cache_bytes) + "; ray has no such bound");
+  };
+  // Before any is made: two triangles are one polygon at best.
+  RETURN_IF_ERROR(check_room(copied / 2 * sizeof(Polygon)));
   auto data = std::make_unique<ShaftLightData>();
-  data->tree = BuildPolygonTree(BuildShaftPolygons(*inputs.cpu_occluders, inputs.light));
+  data->tree = BuildPolygonTree(*inputs.cpu_occluders, inputs.light);
   data->masks = inputs.cpu_occluders->masks;
   data->light = inputs.light;
   data->seed = inputs.seed;
+  RETURN_IF_ERROR(check_room(data->SizeBytes()));
   return data;
 }
 
