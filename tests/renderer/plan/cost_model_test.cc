@@ -95,6 +95,12 @@ TEST(CostModelTest, ErrorsFallWithWorkAndRowsAndRaysAreTheFewestThatMeetThem) {
   MethodFacts masked = plain;
   masked.masked_share = 1;
   EXPECT_GT(RayError(masked, 64), RayError(plain, 64));
+  MethodFacts blend = masked;
+  blend.blend_share = 1;
+  EXPECT_NEAR(ShaftError(blend, 32) - ShaftError(masked, 32), RayError(blend, 1024) - RayError(masked, 1024), 1e-12)
+      << "as many samples, as much noise";
+  EXPECT_GT(ShaftError(blend, 64), 0.313 / std::sqrt(64 * 32.0)) << "what no row takes away";
+  EXPECT_GT(RaysFor(blend, 0.01), RaysFor(masked, 0.01));
   for (const double max_error : {0.03, 0.01, 0.003, 0.001}) {
     const int rays = RaysFor(plain, max_error), rows = ShaftRowsFor(plain, max_error);
     EXPECT_LE(RayError(plain, rays), max_error);
