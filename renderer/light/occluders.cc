@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/math/light_frame.h"
+#include "renderer/scene/blend.h"
 
 namespace halfshade {
 namespace {
@@ -42,6 +43,12 @@ void AddMaskVertices(const FlatScene& scene, const Mesh& mesh, std::vector<MaskV
   }
 }
 
+void AddBlendPlaces(const FlatScene& scene, const Mesh& mesh, const BlendSpace& space, std::vector<glm::vec3>* places) {
+  for (uint32_t i = mesh.first_vertex; i < mesh.first_vertex + mesh.vertex_count; ++i) {
+    places->push_back(space.Place(scene.positions[i]));
+  }
+}
+
 // Extends the last run, or starts one.
 void AddMasked(uint32_t material, size_t first_index, size_t end_index, std::vector<MaskedOccluders>* masked) {
   if (end_index == first_index) return;
@@ -64,6 +71,7 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
   double smallest_z = std::numeric_limits<double>::infinity();
   bool crosses_plane = false;
   const Casters casters = FindCasters(scene, pose);
+  const bool has_blend = HasBlendCaster(scene, pose);
   for (size_t c = 0; c < casters.instances.size(); ++c) {
     const Instance& instance = *casters.instances[c];
     const Mesh& mesh = scene.meshes[instance.mesh];
@@ -97,6 +105,7 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
     }
     if (c >= casters.opaque_count) {
       AddMaskVertices(scene, mesh, &occluders.mask_vertices);
+      if (has_blend) AddBlendPlaces(scene, mesh, BlendSpace(mesh, instance), &occluders.blend_places);
       AddMasked(mesh.material, first_index, occluders.indices.size(), &occluders.masked);
     } else {
       const auto count = uint32_t(occluders.indices.size() - first_index);

@@ -96,11 +96,9 @@ SharedMeshes FindSharedMeshes(const FlatScene& scene, const Pose& pose, const Ar
     instances[geometries.FirstLike(instance.mesh)].push_back(i);
   }
   const glm::dmat4 light_from_world = LightFromWorld(MakeLightFrame(light));
-  const auto saves = [&](uint32_t mesh, size_t places) {
-    return places > 0 && (places - 1) * uint64_t(scene.meshes[mesh].TriangleCount()) >= kLeastSavedTriangles;
-  };
   for (const auto& [mesh, users] : instances) {
-    if (!saves(mesh, users.size())) continue;
+    const uint32_t triangles = scene.meshes[mesh].TriangleCount();
+    if (!IsWorthSharing(triangles, users.size())) continue;
     SharedMesh shared = MakeSharedMesh(scene, mesh);
     std::vector<bool> is_used(shared.positions.size(), false);
     for (const uint32_t i : shared.indices) is_used[i] = true;
@@ -115,7 +113,7 @@ SharedMeshes FindSharedMeshes(const FlatScene& scene, const Pose& pose, const Ar
       gone.push_back(i);
       if (!is_behind) shared.places.push_back(place);
     }
-    if (!saves(mesh, shared.places.size())) continue;
+    if (!IsWorthSharing(triangles, shared.places.size())) continue;
     for (const uint32_t i : gone) found.rest.instances[i].casts = false;
     for (const SharedMesh::Place& place : shared.places) {
       found.largest_coordinate_m = std::max(found.largest_coordinate_m, LargestCoordinate(place.box_ls));

@@ -32,6 +32,9 @@ struct SharedMeshes {
 // Copies are drawn in two thirds of the time (renderer/shadow/shaft/README), so that only much of them is shared.
 inline constexpr uint32_t kLeastSharedTriangles = 64;       // of a mesh
 inline constexpr uint64_t kLeastSavedTriangles = 1u << 18;  // of all its places but one: 29 MB
+constexpr bool IsWorthSharing(uint64_t triangles, uint64_t places) {
+  return triangles >= kLeastSharedTriangles && places > 0 && (places - 1) * triangles >= kLeastSavedTriangles;
+}
 
 // Casting instances without a mask, by equal triangles (whatever their materials), that stand wholly in front of the
 // light's plane; what stands wholly behind it is in neither. What its place squeezes flat, or more than

@@ -80,14 +80,16 @@ class Builder {
   void AddMasked(uint32_t run) {
     const MaskedOccluders& masked = occluders_.masked[run];
     for (uint32_t i = masked.first_index; i < masked.first_index + masked.index_count; i += 3) {
-      MaskedTriangle triangle;
+      MaskedTriangle triangle = {};
       triangle.mask = run;
       Face face;
       for (uint32_t k = 0; k < 3; ++k) {
         const uint32_t vertex = occluders_.indices[i + k];
         face.corners[k] = face.corners[3] = occluders_.positions[vertex];
         triangle.corners[k] = glm::vec3(result_.space.FromLight(face.corners[k]));
-        triangle.mask_corners[k] = occluders_.mask_vertices[vertex - occluders_.first_masked_vertex];
+        const uint32_t masked_vertex = vertex - occluders_.first_masked_vertex;
+        triangle.mask_corners[k] = occluders_.mask_vertices[masked_vertex];
+        if (!occluders_.blend_places.empty()) triangle.blend_places[k] = occluders_.blend_places[masked_vertex];
       }
       result_.masked.push_back(triangle);
       Add(face, int32_t(result_.masked.size()) - 1, &result_.polygons);

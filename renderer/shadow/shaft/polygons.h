@@ -40,6 +40,7 @@ struct alignas(16) Polygon {
 struct MaskedTriangle {
   glm::vec3 corners[3];        // shaft space, unclipped
   MaskVertex mask_corners[3];  // texture coordinate and alpha
+  glm::vec3 blend_places[3];   // of BLEND: BlendSpace::Place
   uint32_t mask = 0;           // the run of LightSpaceOccluders::masked
 };
 

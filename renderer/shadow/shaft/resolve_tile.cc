@@ -35,7 +35,7 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
       const auto lane = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes));
       if ((viewed >> lane & 1) == 0) {
         const size_t i = size_t(block) * Tile::kLanes + lane;
-        views[lane] = MaskedView(triangle, {tile.x[i], tile.y[i], tile.z[i]});
+        views[lane] = MaskedView(triangle, mask, {tile.x[i], tile.y[i], tile.z[i]});
         viewed |= 1u << lane;
       }
       for (uint32_t bits = asked[lane]; bits != 0; bits &= bits - 1) {
@@ -51,7 +51,7 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
 
 // Draws polygons until nothing of the light is left.
 uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const TileScratch& lists,
-                  const Tile& tile, int block, LightRows* light) {
+                  const Tile& tile, int block, LightRows* light, bool* meets_blend) {
   constexpr size_t kCheckEvery = 4;
   const int first = block * Tile::kLanes;
   Receivers16 at;
@@ -70,6 +70,7 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
     if (polygon.masked >= 0) {
       const MaskedTriangle& triangle = tree.masked[polygon.masked];
       const RayMask& mask = masks[triangle.mask];
+      *meets_blend = *meets_blend || mask.is_blend();
       if (polygon.corners == 4) {
         DrawMasked<4>(polygon, triangle, mask, tile, block, at, light);
       } else {
@@ -126,6 +127,7 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
                kLevelErrorOfOneRow / float(rows), lists);
   result->polygons = uint32_t(lists->tile.size());
   result->drawn = 0;
+  result->meets_blend = false;
   if (lists->tile.empty()) return;
   Arrange(lists->tile, bounds, &lists->arranged);
 
@@ -143,7 +145,7 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
     NarrowList(lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
     if (lists->block.empty()) continue;
     StartRows(tile, block, rows, LeanOf(tile.block_hash[block], rows), row_shift, &light);
-    result->drawn += DrawList(tree, masks, *lists, tile, block, &light);
+    result->drawn += DrawList(tree, masks, *lists, tile, block, &light, &result->meets_blend);
     CountHidden(light, tile, block, result);
   }
 }
