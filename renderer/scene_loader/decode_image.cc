@@ -11,13 +11,16 @@ namespace {
 // A PNG may inflate to any multiple of what its header tells: no block of memory may be larger than this.
 thread_local size_t max_block_bytes = 0;
 
+// Zeros: Debian's stb_image (2.27) decodes with tables that a JPEG never gave, and returns blocks that it never had.
+void* BoundedAlloc(size_t bytes) { return bytes <= max_block_bytes ? std::calloc(1, bytes) : nullptr; }
+
 void* BoundedRealloc(void* block, size_t bytes) {
   return bytes <= max_block_bytes ? std::realloc(block, bytes) : nullptr;
 }
 
 }  // namespace
 
-#define STBI_MALLOC(bytes) BoundedRealloc(nullptr, bytes)
+#define STBI_MALLOC(bytes) BoundedAlloc(bytes)
 #define STBI_REALLOC(block, bytes) BoundedRealloc(block, bytes)
 #define STBI_FREE(block) std::free(block)
 #define STB_IMAGE_IMPLEMENTATION

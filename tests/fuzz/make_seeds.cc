@@ -81,6 +81,14 @@ int main(int argc, char** argv) {
       "text_fuzz", "view",
       R"({"camera":{"eye":[0,1,4],"target":[0,0,0],"up":[0,1,0],"fovy_deg":40},"light":{"center":[0,4,0],"u":[1,0,0],)"
       R"("v":[0,0,1],"normal":[0,-1,0],"width":1,"height":1},"ground":{"y":0,"size":10,"add":true}})");
+  Write("text_fuzz", "batch",
+        R"({"id":"a-B_9","scene":"s/x.glb","width":64,"lights":[{"center":{"y":4},"edgeU":{"x":1},"edgeV":{"z":1}}],)"
+        R"("outputs":[{"kind":"OUTPUT_KIND_FRAME"},{"kind":"OUTPUT_KIND_VISIBILITY","encoding":"ENCODING_EXR_HALF"}]})"
+        "\n\n"
+        R"({"id":"a-B_9","scene":"y.glb"})"
+        "\n"
+        R"({"id":"b","scene":"scenes/)" +
+            std::string(64, 'a') + R"(","method":{"multiMap":{"k":16}},"seed":"7"})");
   Write("text_fuzz", "manifest", SceneManifest(Sha256Hex("root"), {{"a.bin", Sha256Hex("a")}}));
   return 0;
 }

@@ -1,11 +1,14 @@
-// What a scene of a million triangles costs to read behind the fence, and to take from the store at the next start.
+// What a scene of a million triangles costs to read behind the fence, in time and memory, and to take from the store at
+// the next start.
 #include <gtest/gtest.h>
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdio>
 
 #include "client/glb_writer.h"
+#include "renderer/scene/flat_form.h"
 #include "server/cpu_pool.h"
 #include "server/digest.h"
 #include "server/fence.h"
@@ -13,6 +16,7 @@
 #include "server/scene_name.h"
 #include "tests/client/temporary_folder.h"
 #include "tests/support/flat_scene_builder.h"
+#include "tests/support/peak_memory.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade {
@@ -32,6 +36,13 @@ double CpuMs() {
 
 class SecondStartTest : public testing::Test {
  protected:
+  void SetUp() override {
+    FenceOptions options;
+    options.loader = HALFSHADE_SCENE_LOADER;
+    auto fence = Fence::Raise(options);
+    ASSERT_OK(fence);
+    fence_ = *std::move(fence);
+  }
   // What `work` costs at a new start.
   template <typename Work>
   double AtAStart(const Work& work) {
@@ -51,11 +62,6 @@ class SecondStartTest : public testing::Test {
 };
 
 TEST_F(SecondStartTest, AMillionTrianglesComeFromTheStoreAtAFractionOfReadingThem) {
-  FenceOptions options;
-  options.loader = HALFSHADE_SCENE_LOADER;
-  auto fence = Fence::Raise(options);
-  ASSERT_OK(fence);
-  fence_ = *std::move(fence);
   const std::string glb = WriteGlb({MakeSphere({0, 0, 0}, 1, 500)});
   const std::string digest = Sha256Hex(glb), name = SceneName(digest, {});
   AtAStart([&](Store& store, SceneCatalog&) { return store.Put(StoreKind::kBlob, digest, glb); });
@@ -77,6 +83,34 @@ TEST_F(SecondStartTest, AMillionTrianglesComeFromTheStoreAtAFractionOfReadingThe
   std::sort(second.begin(), second.end());
   std::printf("read behind the fence: %.0f ms of CPU time; from the store: %.0f ms\n", first[2], second[2]);
   EXPECT_GT(first[2], 5 * second[2]);
+}
+
+// The loader's share is the least limit under which it reads the file: of its address space, so more than it touches.
+TEST_F(SecondStartTest, AMillionTrianglesTakeFarLessMemoryThanTheBound) {
+  const std::string glb = WriteGlb({MakeSphere({0, 0, 0}, 1, 500)});
+  FenceOptions options;
+  options.loader = HALFSHADE_SCENE_LOADER;
+  uint64_t too_little_mb = 0, enough_mb = 512;
+  while (enough_mb - too_little_mb > 1) {
+    options.memory_mb = (too_little_mb + enough_mb) / 2;
+    const auto fence = Fence::Raise(options);
+    (fence.ok() && (*fence)->Load(glb, {}, {}).ok() ? enough_mb : too_little_mb) = options.memory_mb;
+  }
+  options.memory_mb = enough_mb;
+  auto fence = Fence::Raise(options);
+  ASSERT_OK(fence);
+  malloc_trim(0);
+  ForgetPeak();
+  const uint64_t before = OwnPeakBytes();
+  const auto scene = (*fence)->Load(glb, {}, {});
+  ASSERT_OK(scene);
+  const double mib = 1 << 20, sent = double(glb.size()) / mib, own = double(OwnPeakBytes() - before) / mib;
+  const double memory_files = sent + double(FlatSceneBytes(*scene).size()) / mib;
+  const double all = double(enough_mb) + own + memory_files;
+  std::printf("sent %.1f MiB; the loader %llu, the server %.0f, the files between them %.0f: %.1f of what is sent\n",
+              sent, static_cast<unsigned long long>(enough_mb), own, memory_files, all / sent);
+  // Measured 7.8: twice that. The promise is 100, and 256 MiB.
+  EXPECT_LT(all, 16 * sent);
 }
 
 }  // namespace

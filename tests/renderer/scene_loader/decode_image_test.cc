@@ -1,6 +1,7 @@
 #include "renderer/scene_loader/decode_image.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <string>
@@ -89,6 +90,26 @@ TEST(DecodeImageTest, AJpegWhoseHuffmanTableHasOver256CodesIsNone) {
     EXPECT_EQ(ReadImageHeader(jpeg(0, codes, "")).format, ImageFormat::kUnknown) << codes;
     EXPECT_EQ(ReadImageHeader(jpeg(0, codes, "junk")).format, ImageFormat::kUnknown) << codes;
     EXPECT_EQ(ReadImageHeader(jpeg(0, codes, "\xff\xff")).format, ImageFormat::kUnknown) << codes;
+  }
+}
+
+// Found by gltf_fuzz: stb_image 2.27 takes the tables and blocks that a JPEG does not give from memory as it finds it.
+TEST(DecodeImageTest, WhatAJpegDoesNotGiveIsZero) {
+  const auto frame = [](char kind) {  // of one 8 x 8 component
+    return std::string("\xff") + kind + std::string("\x00\x0b\x08\x00\x08\x00\x08\x01\x01\x11\x00", 11);
+  };
+  const std::string scan = std::string("\xff\xda\x00\x08\x01\x01\x00\x00\x3f\x00", 10) + std::string(64, '\x5a');
+  const std::string quantization = std::string("\xff\xdb\x00\x43\x00", 5) + std::string(64, '\1');
+  const std::string no_tables = "\xff\xd8" + frame('\xc0') + scan + "\xff\xd9";
+  const std::string no_blocks = "\xff\xd8" + quantization + frame('\xc2') + "\xff\xd9";
+  for (const std::string& bytes : {no_tables, no_blocks}) {
+    for (const int fill : {0x01, 0x41, 0xfe}) {
+      mallopt(M_PERTURB, fill);
+      const auto image = DecodeImage({"x", bytes, 0, 0}, 64);
+      mallopt(M_PERTURB, 0);
+      ASSERT_OK(image);
+      for (size_t i = 0; i < image->texels.size(); ++i) ASSERT_EQ(image->texels[i], i % 4 == 3 ? 255 : 128) << fill;
+    }
   }
 }
 
