@@ -433,7 +433,11 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
   const Stopwatch since_dequeue;
   while (true) {
     Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches, &views);
-    RETURN_IF_ERROR(frame.Draw(on_context));
+    if (absl::Status drawn = frame.Draw(on_context); !drawn.ok()) {
+      if (!absl::IsResourceExhausted(drawn) || !asked.is_auto || !MakeSmaller(&asked.method)) return drawn;
+      asked.method_reason += "; ray in its place: " + std::string(drawn.message());
+      continue;
+    }
     RenderResult result = frame.TakeResult();
     const std::string breach = FindBreach(result.report.error, request.budget);
     if (breach.empty()) return result;

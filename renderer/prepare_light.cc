@@ -124,7 +124,8 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
     LightInputs inputs;
     inputs.light = side;
     inputs.seed = source.request.seed;
-    inputs.max_light_data_bytes = caches.light_data.max_bytes() / source.computed_lights;
+    inputs.light_cache_bytes = caches.light_data.max_bytes();
+    inputs.max_light_data_bytes = inputs.light_cache_bytes / source.computed_lights;
     if (needs.ray_scene) {
       ASSIGN_OR_RETURN(inputs.ray_scene, PrepareRayScene(draw, source, caches, report));
     }

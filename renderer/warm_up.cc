@@ -8,9 +8,9 @@ namespace halfshade {
 namespace {
 
 // A triangle in the plane z = 0 for each program of the G-buffer that real scenes take: without textures, with a base
-// colour, with maps too, and masked.
+// colour, with maps too, and masked; and one that is BLEND, for light.
 FlatScene Triangles() {
-  constexpr uint32_t kMaterials = 4;
+  constexpr uint32_t kMaterials = 5;
   FlatScene scene;
   scene.images = {{"warm-up", "", 1, 1}};
   scene.textures.resize(1);
@@ -18,6 +18,7 @@ FlatScene Triangles() {
   for (uint32_t i = 1; i < kMaterials; ++i) scene.materials[i].base_color_texture.texture = 0;
   scene.materials[2].normal_texture.texture = 0;
   scene.materials[3].alpha_mode = AlphaMode::kMask;
+  scene.materials[4].alpha_mode = AlphaMode::kBlend;
   SceneRoots roots;
   for (uint32_t i = 0; i < kMaterials; ++i) {
     Mesh mesh;

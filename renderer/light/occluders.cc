@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/math/light_frame.h"
+#include "renderer/scene/blend.h"
 
 namespace halfshade {
 namespace {
@@ -42,6 +43,12 @@ void AddMaskVertices(const FlatScene& scene, const Mesh& mesh, std::vector<MaskV
   }
 }
 
+void AddBlendPlaces(const FlatScene& scene, const Mesh& mesh, const BlendSpace& space, std::vector<glm::vec3>* places) {
+  for (uint32_t i = mesh.first_vertex; i < mesh.first_vertex + mesh.vertex_count; ++i) {
+    places->push_back(space.Place(scene.positions[i]));
+  }
+}
+
 // Extends the last run, or starts one.
 void AddMasked(uint32_t material, size_t first_index, size_t end_index, std::vector<MaskedOccluders>* masked) {
   if (end_index == first_index) return;
@@ -51,13 +58,20 @@ void AddMasked(uint32_t material, size_t first_index, size_t end_index, std::vec
 
 }  // namespace
 
-LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light) {
+double LongestAxis(const glm::dmat4& from_mesh) {
+  const glm::dmat3 axes(from_mesh);
+  return std::max({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
+}
+
+LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light,
+                                             double largest_coordinate_m) {
   const glm::dmat4 light_from_world = LightFromWorld(MakeLightFrame(light));
   LightSpaceOccluders occluders;
-  double largest_coordinate = 0;
+  double largest_coordinate = largest_coordinate_m;
   double smallest_z = std::numeric_limits<double>::infinity();
   bool crosses_plane = false;
   const Casters casters = FindCasters(scene, pose);
+  const bool has_blend = HasBlendCaster(scene, pose);
   for (size_t c = 0; c < casters.instances.size(); ++c) {
     const Instance& instance = *casters.instances[c];
     const Mesh& mesh = scene.meshes[instance.mesh];
@@ -66,8 +80,7 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
     const size_t first_index = occluders.indices.size();
     if (c == casters.opaque_count) occluders.first_masked_vertex = first_vertex;
     for (uint32_t i = 0; i < mesh.vertex_count; ++i) {
-      const glm::dvec3 point(light_from_mesh * glm::dvec4(scene.positions[mesh.first_vertex + i], 1));
-      occluders.positions.emplace_back(point);
+      occluders.positions.push_back(PointInLight(light_from_mesh, scene.positions[mesh.first_vertex + i]));
     }
     for (uint32_t i = 0; i < mesh.index_count; i += 3) {
       const uint32_t* corner = &scene.indices[mesh.first_index + i];
@@ -92,12 +105,12 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
     }
     if (c >= casters.opaque_count) {
       AddMaskVertices(scene, mesh, &occluders.mask_vertices);
+      if (has_blend) AddBlendPlaces(scene, mesh, BlendSpace(mesh, instance), &occluders.blend_places);
       AddMasked(mesh.material, first_index, occluders.indices.size(), &occluders.masked);
     } else {
-      const glm::dmat3 axes(instance.world_from_mesh);
-      const double scale = std::max({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
       const auto count = uint32_t(occluders.indices.size() - first_index);
-      occluders.runs.push_back({instance.mesh, first_vertex, uint32_t(first_index), count, scale});
+      occluders.runs.push_back(
+          {instance.mesh, first_vertex, uint32_t(first_index), count, LongestAxis(instance.world_from_mesh)});
     }
   }
   const double floor = std::ldexp(largest_coordinate, -20);

@@ -16,7 +16,20 @@
 
 namespace halfshade {
 
-// Consecutive triangles that occlude only where their material's mask lets them.
+// A point of a mesh in the frame of a light, in double until the end. (As the product of matrix and vector, which GLM
+// makes of four rows.)
+inline glm::vec3 PointInLight(const glm::dmat4& light_from_mesh, const glm::vec3& point) {
+  const glm::dmat4& m = light_from_mesh;
+  const glm::dvec3 p(point);
+  return {float((m[0].x * p.x + m[1].x * p.y) + (m[2].x * p.z + m[3].x)),
+          float((m[0].y * p.x + m[1].y * p.y) + (m[2].y * p.z + m[3].y)),
+          float((m[0].z * p.x + m[1].z * p.y) + (m[2].z * p.z + m[3].z))};
+}
+
+// The longest edge of what becomes of the mesh's unit cube.
+double LongestAxis(const glm::dmat4& from_mesh);
+
+// Consecutive triangles that occlude only where their material, MASK or BLEND, lets them.
 struct MaskedOccluders {
   uint32_t material = 0;
   uint32_t first_index = 0;
@@ -43,17 +56,21 @@ struct LightSpaceOccluders {
   std::vector<MaskedOccluders> masked;
   uint32_t first_masked_vertex = 0;
   std::vector<MaskVertex> mask_vertices;
+  std::vector<glm::vec3> blend_places;  // beside them, BlendSpace::Place; empty where nothing is BLEND
   OccluderHull hull{0, 0, 1};
   size_t SizeBytes() const {
     return positions.size() * sizeof(glm::vec3) + indices.size() * sizeof(uint32_t) +
-           mask_vertices.size() * sizeof(MaskVertex) + runs.size() * sizeof(OccluderRun);
+           mask_vertices.size() * sizeof(MaskVertex) + blend_places.size() * sizeof(glm::vec3) +
+           runs.size() * sizeof(OccluderRun);
   }
 };
 
 // The casting instances of the pose in the frame of the light. hull.z_near() is just below the nearest occluder, or,
 // where one crosses the light's plane, 2^-20 of the occluders' largest coordinate: depth maps hold w z_near in floats,
 // whose precision does not depend on it. Only powers of two and maxima go into it, so that scaling scene and light by a
-// power of two changes no bit of a map. Meshes of which a MASK material leaves nothing are not there.
-LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light);
+// power of two changes no bit of a map. Meshes of which a MASK or BLEND material leaves nothing are not there.
+// `largest_coordinate_m`: of occluders that stand elsewhere, for hull.z_near().
+LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light,
+                                             double largest_coordinate_m = 0);
 
 }  // namespace halfshade

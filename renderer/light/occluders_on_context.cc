@@ -44,10 +44,15 @@ absl::StatusOr<std::unique_ptr<OccludersOnContext>> OccludersOnContext::Create(c
     gl.VertexArrayVertexBuffer(array, 0, result->positions_.id(),
                                GLintptr(occluders.first_masked_vertex * sizeof(glm::vec3)), sizeof(glm::vec3));
     result->masked_vertex_array_.SetFloats(1, 3, result->mask_vertices_.id());
+    if (!occluders.blend_places.empty()) {
+      ASSIGN_OR_RETURN(result->blend_places_, gl::Buffer::Create(context, occluders.blend_places));
+      result->masked_vertex_array_.SetFloats(2, 3, result->blend_places_.id());
+    }
     gl.VertexArrayElementBuffer(array, result->indices_.id());
     for (const MaskedOccluders& range : occluders.masked) {
-      result->masked_.push_back(
-          {range, on_context.textures(range.material).mask, scene.materials[range.material].alpha_cutoff});
+      const Material& material = scene.materials[range.material];
+      result->masked_.push_back({range, on_context.textures(range.material).mask, material.alpha_cutoff,
+                                 material.alpha_mode == AlphaMode::kBlend});
     }
   }
   RETURN_IF_ERROR(context.Check("light/occluders"));
@@ -89,12 +94,13 @@ absl::Status OccludersOnContext::DrawDepth(const DrawContext& draw, int side, co
     RETURN_IF_ERROR(DrawRange(draw, 0, opaque_index_count_, 0));
   }
   if (masked_.empty()) return absl::OkStatus();
-  ASSIGN_OR_RETURN(gl::Program * program, use({"HAS_MASK"}));
-  program->Set("mask", kMaskUnit);
+  const std::vector<std::string> kMask = {"HAS_MASK"}, kBlend = {"HAS_MASK", "HAS_BLEND"};
   gl.BindVertexArray(masked_vertex_array_.id());
   for (const Masked& masked : masked_) {
+    ASSIGN_OR_RETURN(gl::Program * program, use(masked.is_blend ? kBlend : kMask));
+    program->Set("mask", kMaskUnit);
     program->Set("has_mask_texture", int(bool(masked.mask)));
-    program->Set("alpha_cutoff", masked.alpha_cutoff);
+    if (!masked.is_blend) program->Set("alpha_cutoff", masked.alpha_cutoff);
     if (masked.mask) masked.mask.Bind(kMaskUnit);
     RETURN_IF_ERROR(DrawRange(draw, masked.range.first_index, masked.range.index_count, -int(first_masked_vertex_)));
   }

@@ -36,14 +36,15 @@ class OccludersOnContext {
   // Masked triangles of one material.
   struct Masked {
     MaskedOccluders range;
-    SampledTexture mask;  // empty: the vertices' alpha alone
-    float alpha_cutoff = 0;
+    SampledTexture mask;     // empty: the vertices' alpha alone
+    float alpha_cutoff = 0;  // of MASK
+    bool is_blend = false;
   };
   OccludersOnContext() = default;
   absl::Status DrawRange(const DrawContext& draw, uint64_t first_index, uint64_t index_count, int base_vertex) const;
 
   gl::VertexArray vertex_array_, masked_vertex_array_;
-  gl::Buffer positions_, indices_, mask_vertices_;
+  gl::Buffer positions_, indices_, mask_vertices_, blend_places_;
   std::vector<Masked> masked_;
   uint64_t opaque_index_count_ = 0;
   uint32_t first_masked_vertex_ = 0;

@@ -27,11 +27,13 @@ MethodChoice MakeChoice(const MethodFacts& facts, const char* name, const Method
   return {options, error, PredictCost(facts, options).TotalMs(), name};
 }
 
+// Rows are left open, so that the picture itself says how many it wants; a sample of its tiles does, hence the margin.
+float WantedOfShaft(double max_error) { return float(0.8 * max_error); }
+
 MethodChoice Shaft(const MethodFacts& facts, double max_error) {
   const int rows = ShaftRowsFor(facts, max_error);
   MethodChoice choice = MakeChoice(facts, "shaft", ShaftOptions{.rows = rows}, ShaftError(facts, rows));
-  // Left open, so that the picture itself says how many rows it wants; a sample of its tiles does, hence the margin.
-  choice.options = ShaftOptions{.rows = 0, .max_error = float(0.8 * max_error)};
+  choice.options = ShaftOptions{.rows = 0, .max_error = WantedOfShaft(max_error)};
   return choice;
 }
 
@@ -148,6 +150,9 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
     request->predicted_error = choice.error;
     request->predicted_cpu_ms = choice.cpu_ms;
   } else {
+    if (auto* shaft = std::get_if<ShaftOptions>(&request->method); shaft != nullptr && request->budget.max_error) {
+      shaft->max_error = WantedOfShaft(*request->budget.max_error);
+    }
     request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
     RETURN_IF_ERROR(CheckLatency(facts, *request->predicted_cpu_ms, request->budget));
   }
@@ -166,6 +171,13 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
     request->method_reason += "; certified, for less than a twentieth of that";
   }
   return absl::OkStatus();
+}
+
+bool MakeSmaller(MethodOptions* options) {
+  const auto* shaft = std::get_if<ShaftOptions>(options);
+  if (shaft == nullptr) return false;
+  *options = RayOptions{.rays = RaysFor({}, shaft->max_error)};
+  return true;
 }
 
 bool MakeMoreExact(double max_error, MethodOptions* options) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "renderer/light/shared_meshes.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/plan/frame_plan.h"
 
@@ -13,6 +15,7 @@ constexpr double kEach = 1.5;  // whatever its size: what a picture of one pixel
 constexpr double kPrimaryPerReceiver = 4e-5;
 constexpr double kFinishPerReceiver = 8e-5;  // of maps' methods: horizon, clamping, read-back; a light
 constexpr double kShaftPerTriangle = 8e-4;
+constexpr double kShaftShared = 0.45;  // more, of polygons that are made for each tile
 constexpr double kShaftPerReceiver = 2e-5;
 constexpr double kShaftPerPolygon = 2.4e-6;  // times the square root of the triangles: what a tile's list grows like
 constexpr double kShaftPerRow = 1.0 / 40;    // of that, for each row beyond 8
@@ -40,6 +43,9 @@ constexpr double kShaftErrorOfTold = 0.85;
 // Where all is masked, leaves upon leaves, they are so many times as large.
 constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
 constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
+// Of BLEND samples are coin tosses (scene/blend.h): mean |error| of one, sqrt(2 / pi) times the mean of sqrt(a (1 - a))
+// over all a, pi / 8.
+constexpr double kBlendNoise = 0.313;
 // Wall time, of CPU time on as many threads as there are: drawing and encoding are partly on one.
 constexpr double kWallPerCpu = 0.7;
 constexpr double kEncodePerReceiver = 7e-5;
@@ -98,7 +104,9 @@ struct CostOf {
     const int rows = shaft.rows > 0 ? shaft.rows : ShaftRowsFor(facts, shaft.max_error);
     const double masks = kShaftMasked * facts.masked_share * (1 + kMaskedPerRow * (rows - 8));
     const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) * (1 + kShaftPerRow * (rows - 8) + masks);
-    return {TriangleCount(facts) * kShaftPerTriangle, kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * lists};
+    const double made = 1 + kShaftShared * facts.shared_share;
+    return {TriangleCount(facts) * (1 - facts.shared_share) * kShaftPerTriangle,
+            kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * made * lists};
   }
 };
 
@@ -115,23 +123,42 @@ bool StandsBeside(const AreaLight& light, const Box3d& box) {
 
 double Clutter(const MethodFacts& facts, double most) { return 1 + (most - 1) * facts.masked_share; }
 
+double BlendNoise(const MethodFacts& facts, double samples) {
+  return facts.blend_share * kBlendNoise / std::sqrt(samples);
+}
+
 }  // namespace
 
 MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers) {
   MethodFacts facts;
-  uint64_t masked = 0;
+  uint64_t masked = 0, blend = 0;
+  std::vector<uint64_t> places(scene.meshes.size(), 0);  // without a mask
   for (const Instance& instance : pose.instances) {
     if (!instance.casts) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
     facts.casting_triangles += mesh.TriangleCount();
-    if (scene.CoverageOf(mesh) == MaskCoverage::kTested) masked += mesh.TriangleCount();
+    const MaskCoverage coverage = scene.CoverageOf(mesh);
+    if (coverage == MaskCoverage::kFull) ++places[instance.mesh];
+    if (coverage == MaskCoverage::kTested) {
+      masked += mesh.TriangleCount();
+      if (scene.materials[mesh.material].alpha_mode == AlphaMode::kBlend) blend += mesh.TriangleCount();
+    }
     const Box3d box = WorldBox(scene, instance);
     facts.has_side_windows =
         facts.has_side_windows ||
         (!box.IsEmpty() && std::any_of(request.lights.begin(), request.lights.end(),
                                        [&](const AreaLight& light) { return StandsBeside(light, box); }));
   }
-  if (facts.casting_triangles > 0) facts.masked_share = double(masked) / double(facts.casting_triangles);
+  uint64_t shared = 0;
+  for (size_t i = 0; i < places.size(); ++i) {
+    const uint64_t triangles = scene.meshes[i].TriangleCount();
+    if (IsWorthSharing(triangles, places[i])) shared += triangles * places[i];
+  }
+  if (facts.casting_triangles > 0) {
+    facts.masked_share = double(masked) / double(facts.casting_triangles);
+    facts.blend_share = double(blend) / double(facts.casting_triangles);
+    facts.shared_share = double(shared) / double(facts.casting_triangles);
+  }
   facts.receivers = receivers;
   facts.lights = std::max<uint64_t>(request.lights.size(), 1);
   facts.wants_penumbra_width =
@@ -155,7 +182,8 @@ double PredictWallMs(const MethodFacts& facts, double cpu_ms, double slowness) {
 
 double ShaftError(const MethodFacts& facts, int rows) {
   return kShaftErrorOfRow / rows * Clutter(facts, kClutteredRows) *
-         std::pow(rows / 8.0, kClutteredRate * facts.masked_share);
+             std::pow(rows / 8.0, kClutteredRate * facts.masked_share) +
+         BlendNoise(facts, 32.0 * rows);
 }
 
 int ShaftRowsFor(const MethodFacts& facts, double max_error) {
@@ -165,13 +193,12 @@ int ShaftRowsFor(const MethodFacts& facts, double max_error) {
 }
 
 double RayError(const MethodFacts& facts, int rays) {
-  return Clutter(facts, kClutteredRays) * kRayErrorOfRay * std::pow(rays, -kRayRate);
+  return Clutter(facts, kClutteredRays) * kRayErrorOfRay * std::pow(rays, -kRayRate) + BlendNoise(facts, rays);
 }
 
 int RaysFor(const MethodFacts& facts, double max_error) {
-  const double wanted = std::pow(Clutter(facts, kClutteredRays) * kRayErrorOfRay / max_error, 1 / kRayRate);
   int rays = 16;
-  while (rays < kMostRays && rays < wanted) rays *= 2;
+  while (rays < kMostRays && RayError(facts, rays) > max_error) rays *= 2;
   return rays;
 }
 

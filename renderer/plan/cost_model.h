@@ -18,6 +18,8 @@ namespace halfshade {
 struct MethodFacts {
   uint64_t casting_triangles = 0;
   double masked_share = 0;  // of them: those with a mask to test
+  double blend_share = 0;   // of them: those of the masked that are BLEND
+  double shared_share = 0;  // of meshes that SHAFT keeps once for all their places (light/shared_meshes.h)
   uint64_t receivers = 0;   // pixels of all views, or points
   uint64_t lights = 1;
   bool wants_penumbra_width = false;

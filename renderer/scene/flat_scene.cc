@@ -14,6 +14,14 @@ size_t ArrayBytes(const std::vector<T>& values) {
 
 MaskCoverage FlatScene::CoverageOf(const Mesh& mesh) const {
   const Material& material = materials[mesh.material];
+  if (material.alpha_mode != AlphaMode::kBlend) return SeenCoverageOf(mesh);
+  if (material.base_color.a <= 0) return MaskCoverage::kNothing;
+  const bool varies = material.base_color_texture.texture >= 0 || !colors.empty();
+  return material.base_color.a >= 1 && !varies ? MaskCoverage::kFull : MaskCoverage::kTested;
+}
+
+MaskCoverage FlatScene::SeenCoverageOf(const Mesh& mesh) const {
+  const Material& material = materials[mesh.material];
   // Alpha is a product of factors in [0,1].
   if (material.alpha_mode == AlphaMode::kOpaque || material.alpha_cutoff <= 0) return MaskCoverage::kFull;
   if (material.base_color.a < material.alpha_cutoff) return MaskCoverage::kNothing;

@@ -78,7 +78,8 @@ struct SceneRoots {
 };
 
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
-// BLEND hides light, and is drawn, where its alpha is at least this: one shape for the camera and every method.
+// The camera draws BLEND where its alpha is at least this, and nothing of it elsewhere; of light it hides alpha's share
+// (blend.h).
 inline constexpr float kBlendCutoff = 0.5f;
 
 // A texture as a material reads it.
@@ -102,7 +103,7 @@ struct Material {
   glm::vec3 emissive{0};
   MaterialTexture emissive_texture;
   AlphaMode alpha_mode = AlphaMode::kOpaque;
-  float alpha_cutoff = 0.5f;  // of kMask; kBlendCutoff of kBlend
+  float alpha_cutoff = 0.5f;  // of kMask; for the camera, and kBlendCutoff, of kBlend
   bool is_double_sided = false;
 };
 
@@ -178,8 +179,10 @@ struct FlatScene {
   std::vector<std::string> warnings;  // said for the user, each starts with a JSON pointer
   uint64_t degenerate_triangles_dropped = 0;
 
-  // What alpha leaves of a mesh: MASK by its cutoff, BLEND as MASK at one half (kBlendCutoff).
+  // What alpha leaves of a mesh for light to meet: MASK by its cutoff, BLEND its share (blend.h).
   MaskCoverage CoverageOf(const Mesh& mesh) const;
+  // And for the camera: both by their cutoff. Where this is kTested, CoverageOf is.
+  MaskCoverage SeenCoverageOf(const Mesh& mesh) const;
 
   // The cluster `index` of a mesh, from its triangles as they stand.
   Cluster MakeCluster(const Mesh& mesh, uint32_t index) const;

@@ -41,6 +41,7 @@ absl::Status AddInstances(const FlatScene& scene, const Node& node, const glm::d
       const Mesh& mesh = scene.meshes[m];
       if (mesh.index_count == 0) continue;
       instance.mesh = m;
+      instance.place = p;
       instance.world_from_mesh = glm::translate(world_from_place, mesh.origin);
       const std::optional<Box3d> corners = BoxInWorld(mesh, instance.world_from_mesh);
       if (!corners) {

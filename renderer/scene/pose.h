@@ -21,6 +21,7 @@ struct Instance {
   uint32_t node = 0;
   uint32_t mesh = 0;
   glm::dmat4 world_from_mesh{1};  // takes Mesh-relative positions (the mesh's origin is folded in)
+  uint32_t place = 0;             // of the node's
   bool is_visible = true;         // drawn for the camera
   bool casts = true;              // whether drawn or not
   bool receives = true;

@@ -33,8 +33,10 @@ float ToTexels(float coordinate, int size, Wrap wrap) {
 
 }  // namespace
 
-RayMask::RayMask(float alpha_cutoff, const Texture& texture, int width, int height, const std::vector<uint8_t>& rgba)
-    : alpha_cutoff_(alpha_cutoff),
+RayMask::RayMask(const Material& material, const Texture& texture, int width, int height,
+                 const std::vector<uint8_t>& rgba)
+    : is_blend_(material.alpha_mode == AlphaMode::kBlend),
+      alpha_cutoff_(material.alpha_cutoff),
       wrap_s_(texture.wrap_s),
       wrap_t_(texture.wrap_t),
       is_nearest_(texture.magnifies_to_nearest),
@@ -57,15 +59,16 @@ float RayMask::AlphaAt(const glm::vec2& texcoord) const {
   return glm::mix(glm::mix(TexelAt(x0, y0), TexelAt(x1, y0), u), glm::mix(TexelAt(x0, y1), TexelAt(x1, y1), u), v);
 }
 
-bool RayMask::IsMaskedAway(const glm::vec2& texcoord, float alpha) const {
-  return (alphas_.empty() ? alpha : alpha * AlphaAt(texcoord)) < alpha_cutoff_;
+bool RayMask::IsMaskedAway(const glm::vec2& texcoord, float alpha, const glm::vec3& place) const {
+  const float cutoff = is_blend_ ? BlendThreshold(place) : alpha_cutoff_;
+  return (alphas_.empty() ? alpha : alpha * AlphaAt(texcoord)) < cutoff;
 }
 
 absl::StatusOr<RayMask> MakeRayMask(const FlatScene& scene, const Material& material, const ImageDecoder& decoder) {
-  if (material.base_color_texture.texture < 0) return RayMask(material.alpha_cutoff);
+  if (material.base_color_texture.texture < 0) return RayMask(material);
   const Texture& texture = scene.textures[material.base_color_texture.texture];
   ASSIGN_OR_RETURN(const Rgba8Image image, decoder(scene.images[texture.image]));
-  return RayMask(material.alpha_cutoff, texture, image.width, image.height, image.texels);
+  return RayMask(material, texture, image.width, image.height, image.texels);
 }
 
 }  // namespace halfshade

@@ -33,6 +33,13 @@ void AddMaskCorners(const FlatScene& scene, const Mesh& mesh, std::vector<glm::v
   }
 }
 
+void AddBlendCorners(const FlatScene& scene, const Mesh& mesh, const BlendSpace& space,
+                     std::vector<glm::vec3>* corners) {
+  for (uint32_t i = 0; i < mesh.index_count; ++i) {
+    corners->push_back(space.Place(scene.positions[mesh.first_vertex + scene.indices[mesh.first_index + i]]));
+  }
+}
+
 }  // namespace
 
 bool RayScene::Triangles::IsMaskedAway(uint32_t triangle, float u, float v) const {
@@ -40,7 +47,10 @@ bool RayScene::Triangles::IsMaskedAway(uint32_t triangle, float u, float v) cons
   const uint32_t masked = triangle - first_masked;
   const glm::vec3* corner = &mask_corners[size_t{3} * masked];
   const glm::vec3 here = corner[0] * (1 - u - v) + corner[1] * u + corner[2] * v;
-  return masks[mask_of_triangle[masked]].IsMaskedAway(here, here.z);
+  const RayMask& mask = masks[mask_of_triangle[masked]];
+  if (!mask.is_blend()) return mask.IsMaskedAway(here, here.z);
+  const glm::vec3* place = &blend_corners[size_t{3} * masked];
+  return mask.IsMaskedAway(here, here.z, place[0] * (1 - u - v) + place[1] * u + place[2] * v);
 }
 
 absl::StatusOr<std::unique_ptr<RayScene>> RayScene::Create(const FlatScene& scene, const Pose& pose,
@@ -60,7 +70,8 @@ RayScene::~RayScene() {
 uint64_t RayScene::SizeBytes() const {
   uint64_t bytes = triangles_.vertices.size() * sizeof(glm::vec4) +
                    (triangles_.indices.size() + triangles_.mask_of_triangle.size()) * sizeof(uint32_t) +
-                   triangles_.mask_corners.size() * sizeof(glm::vec3) + boxes_.SizeBytes();
+                   (triangles_.mask_corners.size() + triangles_.blend_corners.size()) * sizeof(glm::vec3) +
+                   boxes_.SizeBytes();
   for (const RayMask& mask : triangles_.masks) bytes += mask.SizeBytes();
   return bytes + uint64_t(std::max<int64_t>(0, embree_bytes_));
 }
@@ -69,6 +80,7 @@ absl::Status RayScene::AddCasters(const FlatScene& scene, const Pose& pose, cons
   std::vector<glm::dvec3> points_ws;
   Box3d bounds;
   std::map<uint32_t, uint32_t> mask_of_material;
+  const bool has_blend = HasBlendCaster(scene, pose);
   for (const MaskCoverage coverage : {MaskCoverage::kFull, MaskCoverage::kTested}) {
     if (coverage == MaskCoverage::kTested) triangles_.first_masked = uint32_t(triangles_.indices.size() / 3);
     for (const Instance& instance : pose.instances) {
@@ -91,6 +103,7 @@ absl::Status RayScene::AddCasters(const FlatScene& scene, const Pose& pose, cons
       }
       triangles_.mask_of_triangle.insert(triangles_.mask_of_triangle.end(), mesh.TriangleCount(), mask->second);
       AddMaskCorners(scene, mesh, &triangles_.mask_corners);
+      if (has_blend) AddBlendCorners(scene, mesh, BlendSpace(mesh, instance), &triangles_.blend_corners);
     }
   }
   if (bounds.IsEmpty()) return absl::OkStatus();

@@ -27,9 +27,9 @@ namespace halfshade {
 
 class RayScene {
  public:
-  // Both sides of every triangle occlude, those of a MASK material where the mask lets them: its image is decoded here,
-  // and the decoder's errors come back. RESOURCE_EXHAUSTED when Embree has no memory. `stop` is asked by any thread
-  // while the hierarchy is built; its error comes back.
+  // Both sides of every triangle occlude, those of a MASK or BLEND material where RayMask lets them: its image is
+  // decoded here, and the decoder's errors come back. RESOURCE_EXHAUSTED when Embree has no memory. `stop` is asked by
+  // any thread while the hierarchy is built; its error comes back.
   static absl::StatusOr<std::unique_ptr<RayScene>> Create(
       const FlatScene& scene, const Pose& pose, const ImageDecoder& decoder,
       const StopCheck& stop = [] { return absl::OkStatus(); });
@@ -53,6 +53,7 @@ class RayScene {
     uint32_t first_masked = 0;
     std::vector<uint32_t> mask_of_triangle;
     std::vector<glm::vec3> mask_corners;
+    std::vector<glm::vec3> blend_corners;  // BlendSpace::Place of theirs; empty where nothing is BLEND
     std::vector<RayMask> masks;
     // Whether the mask leaves nothing at the point (u, v) of the triangle (weights of its second and third corner).
     bool IsMaskedAway(uint32_t triangle, float u, float v) const;

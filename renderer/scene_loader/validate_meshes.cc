@@ -53,7 +53,7 @@ absl::Status CheckMaterial(const Place& material, Gltf* gltf) {
     }
     if (mode == "BLEND") {
       gltf->warnings.Add(material.Member("alphaMode").pointer(),
-                         "BLEND is drawn, and occludes, where alpha is at least .5");
+                         "BLEND hides alpha's share of the light, and is drawn where alpha is at least .5");
     }
   }
   if (material.HasExtension("KHR_materials_emissive_strength")) {

@@ -249,7 +249,7 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
   for (const Instance& instance : pose.instances) {
     if (!instance.is_visible) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
-    const MaskCoverage coverage = scene.CoverageOf(mesh);
+    const MaskCoverage coverage = scene.SeenCoverageOf(mesh);
     if (coverage == MaskCoverage::kNothing) continue;
     Drawable drawable;
     drawable.camera_from_mesh = CameraFromMesh(instance.world_from_mesh, request.camera);

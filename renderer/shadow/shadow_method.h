@@ -51,6 +51,8 @@ struct LightInputs {
   uint32_t seed = 0;
   // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
   uint64_t max_light_data_bytes = 0;
+  // The same of all lights together. A method that can leave nothing out may refuse more: RESOURCE_EXHAUSTED.
+  uint64_t light_cache_bytes = 0;
 };
 
 // What a method returns before the door: occlusion as a sum, of the part of the light above the receiver's plane.

@@ -24,6 +24,7 @@ vec2 Texcoord(int bit) { return (second_texcoord & bit) != 0 ? texcoords.zw : te
 #endif
 #ifdef HAS_MASK
 #include "common/mask.glsl"
+uniform float alpha_cutoff;
 #endif
 #ifdef HAS_MATERIAL
 in vec3 shading_normal;
@@ -84,6 +85,6 @@ void main() {
 #endif
 #ifdef HAS_MASK
   // Last: what follows a discard has no derivatives.
-  if (IsMaskedAway(Texcoord(1), base_color.a * vertex_color.a)) discard;
+  if (IsMaskedAway(Texcoord(1), base_color.a * vertex_color.a, alpha_cutoff)) discard;
 #endif
 }

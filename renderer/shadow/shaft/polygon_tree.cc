@@ -4,111 +4,51 @@
 #include <limits>
 #include <utility>
 
-#include "renderer/scene/flat_scene.h"
-
 namespace halfshade {
 namespace {
 
-class TreeBuilder {
- public:
-  explicit TreeBuilder(const std::vector<Polygon>& polygons) : polygons_(polygons) {
-    boxes_.reserve(polygons.size());
-    order_.reserve(polygons.size());
-    for (const Polygon& polygon : polygons) {
-      Box3f box;
-      for (int k = 0; k < polygon.corners; ++k) box.Add({polygon.x[k], polygon.y[k], polygon.z[k]});
-      order_.push_back({box.min + box.max, uint32_t(boxes_.size())});
-      boxes_.push_back(box);
+constexpr uint32_t kLeafItems = 8;
+
+template <typename Item>
+uint64_t Bytes(const std::vector<Item>& items) {
+  return items.size() * sizeof(Item);
+}
+
+std::vector<Box3f> BoxesOf(const std::vector<Polygon>& polygons) {
+  std::vector<Box3f> boxes(polygons.size());
+  for (size_t i = 0; i < polygons.size(); ++i) {
+    const Polygon& polygon = polygons[i];
+    for (int k = 0; k < polygon.corners; ++k) boxes[i].Add({polygon.x[k], polygon.y[k], polygon.z[k]});
+  }
+  return boxes;
+}
+
+void AddShared(const CpuOccluders& occluders, PolygonTree* tree) {
+  std::vector<ShapeInstance> instances;
+  std::vector<Box3f> boxes;
+  for (const SharedMesh& mesh : occluders.shared) {
+    const auto shape = uint32_t(tree->shapes.size());
+    tree->shapes.push_back(MakeMeshShape(mesh, occluders.levels.get()));
+    for (const SharedMesh::Place& place : mesh.places) {
+      instances.push_back(MakeShapeInstance(tree->shapes[shape], shape, place, tree->space));
+      // Its corners' place grows with theirs, axis by axis.
+      Box3f& box = boxes.emplace_back();
+      box.Add(glm::vec3(tree->space.FromLight(place.box_ls.min)));
+      box.Add(glm::vec3(tree->space.FromLight(place.box_ls.max)));
     }
   }
-
-  // Adds them behind what the tree has.
-  void Build(PolygonTree* tree) {
-    first_ = uint32_t(tree->polygons.size());
-    const auto root = uint32_t(tree->nodes.size());
-    tree->nodes.emplace_back();
-    BuildNode(root, {0, uint32_t(order_.size())}, &tree->nodes);
-    for (const Entry& entry : order_) tree->polygons.push_back(polygons_[entry.polygon]);
-  }
-
-  float LongestDiagonal(const glm::vec3& metres) const {
-    float longest = 0;
-    for (const Box3f& box : boxes_) longest = std::max(longest, glm::length(box.Extent() * metres));
-    return longest;
-  }
-
- private:
-  struct Range {
-    uint32_t first = 0, last = 0;
-    uint32_t size() const { return last - first; }
-  };
-
-  struct Entry {
-    glm::vec3 center;  // twice
-    uint32_t polygon = 0;
-  };
-
-  std::pair<Range, Range> Split(const Range& range) {
-    Box3f centers;
-    for (uint32_t i = range.first; i < range.last; ++i) centers.Add(order_[i].center);
-    const glm::vec3 extent = centers.Extent();
-    const int axis = extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
-    const uint32_t middle = (range.first + range.last) / 2;
-    const auto begin = order_.begin();
-    // Ties by number: the same tree wherever the library's selection would put equals.
-    std::nth_element(begin + range.first, begin + middle, begin + range.last, [axis](const Entry& a, const Entry& b) {
-      const float x = a.center[axis], y = b.center[axis];
-      return x < y || (x == y && a.polygon < b.polygon);
-    });
-    return {{range.first, middle}, {middle, range.last}};
-  }
-
-  void BuildNode(uint32_t index, const Range& whole, std::vector<PolygonTree::Node>* nodes) {
-    std::vector<Range> groups = {whole};
-    while (groups.size() < PolygonTree::kWidth) {
-      const auto largest = std::max_element(groups.begin(), groups.end(),
-                                            [](const Range& a, const Range& b) { return a.size() < b.size(); });
-      if (largest->size() <= PolygonTree::kLeafPolygons) break;
-      const auto [low, high] = Split(*largest);
-      *largest = low;
-      groups.push_back(high);
-    }
-    std::sort(groups.begin(), groups.end(), [](const Range& a, const Range& b) { return a.first < b.first; });
-    for (int i = 0; i < PolygonTree::kWidth; ++i) {
-      Box3f box;
-      if (size_t(i) < groups.size()) {
-        for (uint32_t k = groups[i].first; k < groups[i].last; ++k) {
-          box.Add(boxes_[order_[k].polygon].min);
-          box.Add(boxes_[order_[k].polygon].max);
-        }
-      }
-      PolygonTree::Node& node = (*nodes)[index];
-      constexpr float kMost = std::numeric_limits<float>::max();
-      for (int axis = 0; axis < 3; ++axis) {
-        node.boxes.low[axis][i] = box.IsEmpty() ? kMost : box.min[axis];
-        node.boxes.high[axis][i] = box.IsEmpty() ? -kMost : box.max[axis];
-      }
-      node.first[i] = 0;
-      node.count[i] = 0;
-      if (size_t(i) >= groups.size()) continue;
-      if (groups[i].size() <= PolygonTree::kLeafPolygons) {
-        node.first[i] = first_ + groups[i].first;
-        node.count[i] = uint8_t(groups[i].size());
-        continue;
-      }
-      node.first[i] = uint32_t(nodes->size());
-      nodes->emplace_back();
-      BuildNode((*nodes)[index].first[i], groups[i], nodes);
-    }
-  }
-
-  const std::vector<Polygon>& polygons_;
-  uint32_t first_ = 0;  // place of the first of them in the tree
-  std::vector<Entry> order_;
-  std::vector<Box3f> boxes_;
-};
+  if (instances.empty()) return;
+  tree->instance_root = uint32_t(tree->nodes.size());
+  for (const uint32_t i : AddTree(boxes, 0, kLeafItems, &tree->nodes)) tree->instances.push_back(instances[i]);
+}
 
 }  // namespace
+
+uint64_t PolygonTree::SizeBytes() const {
+  uint64_t bytes = Bytes(roots) + Bytes(nodes) + Bytes(polygons) + Bytes(masked) + Bytes(instances);
+  for (const MeshShape& shape : shapes) bytes += shape.SizeBytes();
+  return bytes;
+}
 
 PolygonTree BuildPolygonTree(ShaftPolygons polygons) {
   PolygonTree tree;
@@ -120,15 +60,26 @@ PolygonTree BuildPolygonTree(ShaftPolygons polygons) {
   const glm::vec3 metres(1.0 / polygons.space.scale);
   const auto add = [&](const std::vector<Polygon>& part, float error_m, float next_error_m) {
     if (part.empty()) return;
-    TreeBuilder builder(part);
-    // Of the level before it this is the next.
-    if (error_m > 0 && !tree.roots.empty()) tree.roots.back().next_reach_m = builder.LongestDiagonal(metres);
-    tree.roots.push_back({.node = uint32_t(tree.nodes.size()), .error_m = error_m, .next_error_m = next_error_m});
-    builder.Build(&tree);
+    const std::vector<Box3f> boxes = BoxesOf(part);
+    if (error_m > 0 && !tree.roots.empty()) {
+      // Of the level before it this is the next.
+      float& reach_m = tree.roots.back().next_reach;
+      for (const Box3f& box : boxes) reach_m = std::max(reach_m, glm::length(box.Extent() * metres));
+    }
+    tree.roots.push_back({.node = uint32_t(tree.nodes.size()), .error = error_m, .next_error = next_error_m});
+    for (const uint32_t i : AddTree(boxes, uint32_t(tree.polygons.size()), kLeafItems, &tree.nodes)) {
+      tree.polygons.push_back(part[i]);
+    }
   };
   add(polygons.polygons, 0, std::numeric_limits<float>::infinity());
   for (const PolygonLevel& level : polygons.levels) add(level.polygons, level.error_m, level.next_error_m);
   tree.masked = std::move(polygons.masked);
+  return tree;
+}
+
+PolygonTree BuildPolygonTree(const CpuOccluders& occluders, const AreaLight& light) {
+  PolygonTree tree = BuildPolygonTree(BuildShaftPolygons(occluders, light));
+  AddShared(occluders, &tree);
   return tree;
 }
 

@@ -12,6 +12,7 @@
 
 #include "renderer/light/cpu_occluders.h"
 #include "renderer/request.h"
+#include "renderer/shadow/shaft/faces.h"
 
 namespace halfshade {
 
@@ -23,7 +24,7 @@ struct ShaftSpace {
   glm::dvec3 NormalFromLight(const glm::dvec3& normal_ls) const { return normal_ls / scale; }
 };
 
-// Corners in order; the fourth of a triangle is its third.
+// As of a Face.
 struct alignas(16) Polygon {
   float x[4], y[4], z[4];
   // The plane, in metres: normal[0] x + normal[1] y + normal[2] z - offset. On a closed surface it points outward.
@@ -39,6 +40,7 @@ struct alignas(16) Polygon {
 struct MaskedTriangle {
   glm::vec3 corners[3];        // shaft space, unclipped
   MaskVertex mask_corners[3];  // texture coordinate and alpha
+  glm::vec3 blend_places[3];   // of BLEND: BlendSpace::Place
   uint32_t mask = 0;           // the run of LightSpaceOccluders::masked
 };
 
@@ -58,9 +60,12 @@ struct ShaftPolygons {
   std::vector<MaskedTriangle> masked;
 };
 
-// Triangles are clipped at occluders.hull.z_near() where they cross the light's plane, those that form a convex plane
-// quad with a neighbour are one polygon with it, those without area are left out.
-// Levels take from the mesh itself what is closed.
+ShaftSpace MakeShaftSpace(const CpuOccluders& occluders, const AreaLight& light);
+
+// Of a face in the light's frame, turned where its surface is known to be; false: it has no area.
+bool MakePolygon(const Face& face, const ShaftSpace& space, Polygon* polygon);
+
+// Of what is not shared. Faces are clipped at occluders.triangles.hull.z_near() where they cross the light's plane.
 ShaftPolygons BuildShaftPolygons(const CpuOccluders& occluders, const AreaLight& light);
 
 }  // namespace halfshade

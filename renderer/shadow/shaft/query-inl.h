@@ -1,5 +1,5 @@
 // Which polygons may stand between some receivers and the light. Included once per instruction set.
-#include "renderer/shadow/shaft/shaft-inl.h"
+#include "renderer/shadow/shaft/place-inl.h"
 
 #if defined(HALFSHADE_SHAFT_QUERY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef HALFSHADE_SHAFT_QUERY_INL_H_
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "renderer/shadow/shaft/polygon_tree.h"
+#include "renderer/shadow/shaft/resolve_tile.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace halfshade {
@@ -53,43 +54,71 @@ inline float DistanceOf(const Polygon& polygon, const Range& range) {
   return std::sqrt(sum);
 }
 
-// Adds the polygons of one root that may hide the light from receivers within the bounds.
-HWY_INLINE void FindPolygons(const PolygonTree& tree, const PolygonTree::Root& root, const Range& range,
-                             const Shaft& shaft, const Bounds& bounds, std::vector<uint32_t>* stack,
-                             std::vector<uint32_t>* found) {
+// What one question asks of a tree.
+struct Question {
+  const Shaft& shaft;
+  const Bounds& bounds;
+  float metres_per_error;
+  std::vector<uint32_t>* stack;
+};
+
+// visit(first, count) for the items of each leaf that reaches into the shaft and the range. `instance`: null where
+// boxes are in shaft space.
+template <typename Visit>
+HWY_INLINE void WalkTree(const std::vector<TreeNode>& nodes, uint32_t root, const ShapeInstance* instance,
+                         const Range& range, const Question& question, const Visit& visit) {
   const bool has_range = range.near_m > 0 || range.far_m < hwy::HighestValue<float>();
-  stack->assign(1, root.node);
-  while (!stack->empty()) {
-    const PolygonTree::Node& node = tree.nodes[stack->back()];
-    stack->pop_back();
-    uint32_t inside = BoxesInside(node.boxes, shaft);
+  std::vector<uint32_t>& stack = *question.stack;
+  stack.assign(1, root);
+  Boxes16 placed;
+  while (!stack.empty()) {
+    const TreeNode& node = nodes[stack.back()];
+    stack.pop_back();
+    if (instance != nullptr) PlaceBoxes(node.boxes, *instance, &placed);
+    const Boxes16& boxes = instance != nullptr ? placed : node.boxes;
+    uint32_t inside = BoxesInside(boxes, question.shaft);
     if (has_range && inside != 0) {
       Floats nearest, furthest;
-      MeasureDistances(node.boxes, range, &nearest, &furthest);
+      MeasureDistances(boxes, range, &nearest, &furthest);
       inside &= Bits((nearest < Set(range.far_m * range.far_m)) & (furthest >= Set(range.near_m * range.near_m)));
     }
     for (; inside != 0; inside &= inside - 1) {
       const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(inside);
       if (node.count[i] == 0) {
-        stack->push_back(node.first[i]);
+        stack.push_back(node.first[i]);
         continue;
       }
-      for (uint32_t p = node.first[i]; p < node.first[i] + node.count[i]; ++p) {
-        const Polygon& polygon = tree.polygons[p];
-        const float margin = kFourUlps * (polygon.size_m + bounds.size_m);
-        if (polygon.is_closed && ShowsItsFront(polygon.normal, polygon.offset, margin, bounds)) continue;
-        if (range.near_m > 0 && DistanceOf(polygon, range) < range.near_m) continue;
-        if (!IsOutside(polygon, shaft)) found->push_back(p);
-      }
+      visit(node.first[i], node.count[i]);
     }
+  }
+}
+
+// Whether it may hide the light from receivers within the bounds.
+HWY_INLINE bool MayHide(const Polygon& polygon, const Range& range, const Question& question) {
+  const float margin = kFourUlps * (polygon.size_m + question.bounds.size_m);
+  if (polygon.is_closed && ShowsItsFront(polygon.normal, polygon.offset, margin, question.bounds)) return false;
+  if (range.near_m > 0 && DistanceOf(polygon, range) < range.near_m) return false;
+  return !IsOutside(polygon, question.shaft);
+}
+
+// Calls draw(root, range) for each level of a mesh that the range has room for. Lengths of the roots in metres: errors
+// times `scale`, reaches times `stretch`.
+template <typename Draw>
+HWY_INLINE void ForLevels(const std::vector<TreeRoot>& roots, float scale, float stretch, const Question& question,
+                          Range range, const Draw& draw) {
+  for (const TreeRoot& root : roots) {
+    range.near_m = root.error > 0 ? root.error * scale * question.metres_per_error : 0;
+    range.far_m = HWY_MIN(root.next_error * scale * question.metres_per_error + root.next_reach * stretch,
+                          hwy::HighestValue<float>());
+    if (range.near_m < hwy::HighestValue<float>()) draw(root, range);
   }
 }
 
 // Polygons of the tree that may hide the light from receivers within the bounds, each dense mesh at the levels that its
 // parts' distances allow: off by `level_error` of the light's smaller edge at most.
 HWY_INLINE void FindPolygons(const PolygonTree& tree, const Shaft& shaft, const Bounds& bounds, float level_error,
-                             std::vector<uint32_t>* stack, std::vector<uint32_t>* found) {
-  found->clear();
+                             TileScratch* scratch) {
+  scratch->tile.clear();
   Range range;
   float farthest = 0;  // from the light's middle, metres, squared
   for (int axis = 0; axis < 3; ++axis) {
@@ -100,22 +129,43 @@ HWY_INLINE void FindPolygons(const PolygonTree& tree, const Shaft& shaft, const 
     const float reach = HWY_MAX(std::abs(bounds.low[axis] - middle), std::abs(bounds.high[axis] - middle));
     farthest += reach * range.metres[axis] * reach * range.metres[axis];
   }
+  range.far_m = hwy::HighestValue<float>();
   // An occluder that is off by e at a distance d shows on the light, at r from the receiver, by e r / d, and more by
   // the slant r / z under which the light is seen: as a fraction of its smaller edge e / d times this.
   const float magnification = farthest / (bounds.low[2] * range.metres[2] * HWY_MIN(range.metres[0], range.metres[1]));
-  const float metres_per_error = magnification / level_error;
-  for (const PolygonTree::Root& root : tree.roots) {
-    range.near_m = root.error_m > 0 ? root.error_m * metres_per_error : 0;
-    range.far_m = HWY_MIN(root.next_error_m * metres_per_error + root.next_reach_m, hwy::HighestValue<float>());
-    if (range.near_m < hwy::HighestValue<float>()) {
-      FindPolygons(tree, root, range, shaft, bounds, stack, found);
-    }
+  const Question question = {shaft, bounds, magnification / level_error, &scratch->stack};
+  ForLevels(tree.roots, 1, 1, question, range, [&](const TreeRoot& root, const Range& here) {
+    WalkTree(tree.nodes, root.node, nullptr, here, question, [&](uint32_t first, uint32_t count) {
+      for (uint32_t item = first; item < first + count; ++item) {
+        if (MayHide(tree.polygons[item], here, question)) scratch->tile.push_back(tree.polygons[item]);
+      }
+    });
+  });
+  if (tree.instances.empty()) return;
+  scratch->instances.clear();
+  WalkTree(tree.nodes, tree.instance_root, nullptr, range, question, [&](uint32_t first, uint32_t count) {
+    for (uint32_t item = first; item < first + count; ++item) scratch->instances.push_back(item);
+  });
+  for (const uint32_t index : scratch->instances) {
+    const ShapeInstance& instance = tree.instances[index];
+    const MeshShape& shape = tree.shapes[instance.shape];
+    const auto draw = [&](const TreeRoot& root, const Range& here) {
+      WalkTree(shape.nodes, root.node, &instance, here, question, [&](uint32_t first, uint32_t) {
+        const Faces16& faces = shape.faces[first / 16];
+        for (uint32_t inside = FacesInside(faces, instance, shaft, bounds); inside != 0; inside &= inside - 1) {
+          const auto lane = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(inside));
+          Polygon polygon;
+          if (!MakePolygon(instance, faces.At(lane), tree.space, &polygon)) continue;
+          if (MayHide(polygon, here, question)) scratch->tile.push_back(polygon);
+        }
+      });
+    };
+    ForLevels(shape.roots, instance.scale, instance.stretch, question, range, draw);
   }
 }
 
 // The list as arrays.
-inline void Arrange(const PolygonTree& tree, const std::vector<uint32_t>& list, const Bounds& tile_bounds,
-                    std::vector<Polygons16>* arranged) {
+inline void Arrange(const std::vector<Polygon>& list, const Bounds& tile_bounds, std::vector<Polygons16>* arranged) {
   arranged->resize((list.size() + 15) / 16);
   for (size_t i = 0; i < 16 * arranged->size(); ++i) {
     Polygons16& sixteen = (*arranged)[i / 16];
@@ -123,7 +173,7 @@ inline void Arrange(const PolygonTree& tree, const std::vector<uint32_t>& list, 
     if (lane == 0) sixteen.closed = 0;
     // Those that fill up are beyond every receiver.
     const bool is_there = i < list.size();
-    const Polygon& polygon = tree.polygons[list[is_there ? i : 0]];
+    const Polygon& polygon = list[is_there ? i : 0];
     const float* const corners[3] = {polygon.x, polygon.y, polygon.z};
     for (int axis = 0; axis < 3; ++axis) {
       const float* p = corners[axis];
@@ -138,10 +188,9 @@ inline void Arrange(const PolygonTree& tree, const std::vector<uint32_t>& list, 
   }
 }
 
-// Those of a tile's list that may hide the light from one of its blocks.
-HWY_INLINE void NarrowList(const PolygonTree& tree, const std::vector<uint32_t>& list,
-                           const std::vector<Polygons16>& arranged, const Shaft& shaft, const Bounds& bounds,
-                           std::vector<uint32_t>* narrowed) {
+// Places of those of a tile's list that may hide the light from one of its blocks.
+HWY_INLINE void NarrowList(const std::vector<Polygon>& list, const std::vector<Polygons16>& arranged,
+                           const Shaft& shaft, const Bounds& bounds, std::vector<uint32_t>* narrowed) {
   narrowed->clear();
   for (size_t first = 0; first < list.size(); first += 16) {
     const Polygons16& sixteen = arranged[first / 16];
@@ -155,8 +204,8 @@ HWY_INLINE void NarrowList(const PolygonTree& tree, const std::vector<uint32_t>&
       inside &= ~(sixteen.closed & Bits(least > Load(sixteen.margin)));
     }
     for (; inside != 0; inside &= inside - 1) {
-      const uint32_t p = list[first + hwy::Num0BitsBelowLS1Bit_Nonzero32(inside)];
-      if (!IsOutside(tree.polygons[p], shaft)) narrowed->push_back(p);
+      const auto place = uint32_t(first + hwy::Num0BitsBelowLS1Bit_Nonzero32(inside));
+      if (!IsOutside(list[place], shaft)) narrowed->push_back(place);
     }
   }
 }

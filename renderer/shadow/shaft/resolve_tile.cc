@@ -35,7 +35,7 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
       const auto lane = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(lanes));
       if ((viewed >> lane & 1) == 0) {
         const size_t i = size_t(block) * Tile::kLanes + lane;
-        views[lane] = MaskedView(triangle, {tile.x[i], tile.y[i], tile.z[i]});
+        views[lane] = MaskedView(triangle, mask, {tile.x[i], tile.y[i], tile.z[i]});
         viewed |= 1u << lane;
       }
       for (uint32_t bits = asked[lane]; bits != 0; bits &= bits - 1) {
@@ -50,8 +50,8 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
 }
 
 // Draws polygons until nothing of the light is left.
-uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const std::vector<uint32_t>& list,
-                  const Tile& tile, int block, LightRows* light) {
+uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const TileScratch& lists,
+                  const Tile& tile, int block, LightRows* light, bool* meets_blend) {
   constexpr size_t kCheckEvery = 4;
   const int first = block * Tile::kLanes;
   Receivers16 at;
@@ -65,11 +65,12 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
   at.active = tile.active[block];
   at.is_loose = tile.is_loose;
   const auto hide = [light](int r, const Words& inside) { light->hidden[r] = light->hidden[r] | inside; };
-  for (size_t i = 0; i < list.size(); ++i) {
-    const Polygon& polygon = tree.polygons[list[i]];
+  for (size_t i = 0; i < lists.block.size(); ++i) {
+    const Polygon& polygon = lists.tile[lists.block[i]];
     if (polygon.masked >= 0) {
       const MaskedTriangle& triangle = tree.masked[polygon.masked];
       const RayMask& mask = masks[triangle.mask];
+      *meets_blend = *meets_blend || mask.is_blend();
       if (polygon.corners == 4) {
         DrawMasked<4>(polygon, triangle, mask, tile, block, at, light);
       } else {
@@ -82,7 +83,7 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
     }
     if (i % kCheckEvery == kCheckEvery - 1 && IsAllHidden(*light)) return i + 1;
   }
-  return list.size();
+  return lists.block.size();
 }
 
 // Counts what is hidden of what is above the plane.
@@ -123,11 +124,12 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
   std::fill_n(result->disagreement, Tile::kMost, 0.0f);
   const Bounds bounds = BoundsOf(tile, 0, Tile::kBlocks);
   FindPolygons(tree, MakeShaft(tile, 0, tile.shares_one_plane ? Tile::kBlocks : 0, bounds), bounds,
-               kLevelErrorOfOneRow / float(rows), &lists->stack, &lists->tile);
+               kLevelErrorOfOneRow / float(rows), lists);
   result->polygons = uint32_t(lists->tile.size());
   result->drawn = 0;
+  result->meets_blend = false;
   if (lists->tile.empty()) return;
-  Arrange(tree, lists->tile, bounds, &lists->arranged);
+  Arrange(lists->tile, bounds, &lists->arranged);
 
   float row_shift[kMostRows];  // van der Corput's
   for (int r = 0; r < rows; ++r) {
@@ -140,10 +142,10 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
     if (tile.active[block] == 0) continue;
     const Bounds block_bounds = BoundsOf(tile, block, block + 1);
     const Shaft shaft = MakeShaft(tile, block, tile.shares_plane[block] ? block + 1 : block, block_bounds);
-    NarrowList(tree, lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
+    NarrowList(lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
     if (lists->block.empty()) continue;
     StartRows(tile, block, rows, LeanOf(tile.block_hash[block], rows), row_shift, &light);
-    result->drawn += DrawList(tree, masks, lists->block, tile, block, &light);
+    result->drawn += DrawList(tree, masks, *lists, tile, block, &light, &result->meets_blend);
     CountHidden(light, tile, block, result);
   }
 }

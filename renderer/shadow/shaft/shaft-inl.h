@@ -42,6 +42,7 @@ HWY_INLINE Bounds BoundsOf(const Tile& tile, int first_block, int last_block) {
 // The hull of a box of receivers and the light: x between low_slope[0] z and 1 + high_slope[0] z, y likewise, within
 // the box of both; of receivers that share a plane only what is above it.
 struct Shaft {
+  static constexpr int kMostPlanes = 10;
   float low[2], high[2], z_high;
   float low_slope[2], high_slope[2], slack[2];
   bool has_plane = false;

@@ -17,6 +17,8 @@ namespace {
 // The mean error is about a quarter of the mean difference of even and odd rows: each half of the samples errs by about
 // 2^.75 times as much as both together, on its own.
 constexpr float kErrorOfDisagreement = 0.25f;
+// Where samples are coin tosses, by 2^.5 times as much: half of the difference.
+constexpr float kErrorOfCoins = 0.5f;
 
 struct ShaftLightData : LightData {
   PolygonTree tree;
@@ -92,10 +94,12 @@ class Resolve {
     ResolveTile(data_.tree, data_.masks, tile, rows, &scratch, &result);
     drawn_ += result.drawn;
     ++(result.polygons == 0 ? lit_ : resolved_);
+    of_blend_ += result.meets_blend;
+    const float error_of_disagreement = result.meets_blend ? kErrorOfCoins : kErrorOfDisagreement;
     for (int i = 0; i < Tile::kMost; ++i) {
       if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
       hidden_[tile.index[i]] = result.hidden[i];
-      errors_[tile.index[i]] = kErrorOfDisagreement * result.disagreement[i];
+      errors_[tile.index[i]] = error_of_disagreement * result.disagreement[i];
     }
   }
 
@@ -153,7 +157,8 @@ class Resolve {
     }
     const bool is_cluttered = !data_.masks.empty();
     const double error = count == 0 ? 0 : sum / double(count) / (is_cluttered ? 1 : kExcessOfFewestRows);
-    const double rate = is_cluttered ? kErrorRateOfLeaves : kErrorRate;
+    const double share_of_blend = resolved_ > 0 ? double(of_blend_) / double(resolved_) : 0;
+    const double rate = glm::mix(is_cluttered ? kErrorRateOfLeaves : kErrorRate, kErrorRateOfCoins, share_of_blend);
     while (rows_ < kMostRowsChosen && error * std::pow(double(rows_) / kFewestRows, -rate) > options_.max_error) {
       rows_ *= 2;
     }
@@ -165,7 +170,7 @@ class Resolve {
     hidden_.assign(hidden_.size(), 0);
     errors_.assign(errors_.size(), -1);
     drawn_ = 0;
-    lit_ = resolved_ = 0;
+    lit_ = resolved_ = of_blend_ = 0;
     return absl::OkStatus();
   }
 
@@ -181,7 +186,7 @@ class Resolve {
   static constexpr int kCoarseRows = 4;
   static constexpr double kGrowthOfCoarseRows = 2.8;
   // Rows that double divide the error by 2^rate; where there are masks by less (trees_masked .0090, .0051, .0033).
-  static constexpr double kErrorRate = 1, kErrorRateOfLeaves = 0.75;
+  static constexpr double kErrorRate = 1, kErrorRateOfLeaves = 0.75, kErrorRateOfCoins = 0.5;
 
   const ShaftLightData& data_;
   const CpuReceivers& receivers_;
@@ -192,7 +197,7 @@ class Resolve {
   int sampled_ = 0, kept_every_ = 0;    // tiles; one of so many is kept as it was sampled, 0: none
   std::vector<float> hidden_, errors_;  // an error below 0: not evaluated
   std::atomic<uint64_t> drawn_ = 0;
-  std::atomic<int> lit_ = 0, resolved_ = 0, interpolated_ = 0;
+  std::atomic<int> lit_ = 0, resolved_ = 0, of_blend_ = 0, interpolated_ = 0;  // tiles
 };
 
 }  // namespace
@@ -203,11 +208,22 @@ MethodNeeds ShaftMethod::Needs(const MethodOptions&, const SceneFacts&) const {
 
 absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const DrawContext&, const LightInputs& inputs,
                                                                        const MethodOptions&) const {
+  const uint64_t copied = inputs.cpu_occluders->triangles.indices.size() / 3;
+  const auto check_room = [&](uint64_t bytes) {
+    if (bytes <= inputs.light_cache_bytes) return absl::OkStatus();
+    return absl::ResourceExhaustedError("shaft: " + std::to_string(copied) + " triangles of their own take " +
+                                        std::to_string(bytes) +
+                                        " bytes of light data and more; the light cache holds " +
+                                        std::to_string(inputs.light_cache_bytes) + "; ray has no such bound");
+  };
+  // Before any is made: two triangles are one polygon at best.
+  RETURN_IF_ERROR(check_room(copied / 2 * sizeof(Polygon)));
   auto data = std::make_unique<ShaftLightData>();
-  data->tree = BuildPolygonTree(BuildShaftPolygons(*inputs.cpu_occluders, inputs.light));
+  data->tree = BuildPolygonTree(*inputs.cpu_occluders, inputs.light);
   data->masks = inputs.cpu_occluders->masks;
   data->light = inputs.light;
   data->seed = inputs.seed;
+  RETURN_IF_ERROR(check_room(data->SizeBytes()));
   return data;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "renderer/scene/blend.h"
 #include "tests/support/flat_scene_builder.h"
 
 namespace halfshade {
@@ -105,6 +106,25 @@ TEST(LightSpaceOccludersTest, MaskedTrianglesStandLastAndGroupedByMaterial) {
   EXPECT_EQ(occluders.mask_vertices[0], MaskVertex(0.25f, 0.75f, 0.875f));
   EXPECT_EQ(occluders.mask_vertices[11], MaskVertex(0.25f, 0.75f, 1));
   for (size_t i = 6; i < 24; ++i) EXPECT_GE(occluders.indices[i], occluders.first_masked_vertex);
+}
+
+// Of every masked vertex where it lies among its instance's cells; scenes without BLEND pay nothing.
+TEST(LightSpaceOccludersTest, PlacesOfBlendStandBesideMaskVertices) {
+  FlatScene scene = MakeFlatScene({Square(0.1f), Square(0.2f)});
+  scene.texcoords.assign(scene.positions.size(), {0.25f, 0.75f});
+  scene.textures.resize(1);
+  for (size_t i = 0; i < 2; ++i) {
+    scene.materials[i].alpha_mode = AlphaMode::kMask;
+    scene.materials[i].base_color_texture.texture = 0;
+  }
+  const Pose pose = *BuildPose(scene, 0);
+  EXPECT_TRUE(BuildLightSpaceOccluders(scene, pose, LightAt(2)).blend_places.empty());
+  scene.materials[1].alpha_mode = AlphaMode::kBlend;
+  const LightSpaceOccluders occluders = BuildLightSpaceOccluders(scene, pose, LightAt(2));
+  ASSERT_EQ(occluders.mask_vertices.size(), 8u);
+  ASSERT_EQ(occluders.blend_places.size(), 8u);
+  const BlendSpace space(scene.meshes[1], pose.instances[1]);
+  for (size_t i = 4; i < 8; ++i) EXPECT_EQ(occluders.blend_places[i], space.Place(scene.positions[i]));
 }
 
 TEST(LightSpaceOccludersTest, OpaqueScenesPayNothingForMasks) {

@@ -150,6 +150,42 @@ TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
   EXPECT_TRUE(CertifiesByDefault(Facts(6000), 100'000));
 }
 
+TEST(ChooseMethodTest, WithoutRoomForShaftRaysTakeItsPlaceForItsError) {
+  MethodOptions fine = ShaftOptions{.max_error = 0.001f}, coarse = ShaftOptions{.max_error = 0.02f};
+  ASSERT_TRUE(MakeSmaller(&fine));
+  ASSERT_TRUE(MakeSmaller(&coarse));
+  EXPECT_GT(std::get<RayOptions>(fine).rays, std::get<RayOptions>(coarse).rays);
+  EXPECT_FALSE(MakeSmaller(&fine));
+}
+
+TEST(SettleMethodTest, ShaftByNameChoosesItsRowsForTheWantedError) {
+  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  const auto pose = BuildPose(scene, 0, {});
+  ASSERT_OK(pose);
+  double cpu_ms = 0;
+  for (const double max_error : {0.03, 0.002, 0.0003}) {
+    RenderRequest request = RequestFor(made);
+    request.method = ShaftOptions{};
+    request.budget.max_error = max_error;
+    ASSERT_OK(SettleMethod(scene, *pose, 640 * 360, &request));
+    const auto& shaft = std::get<ShaftOptions>(request.method);
+    EXPECT_EQ(shaft.rows, 0);
+    // What AUTO would ask it for.
+    EXPECT_EQ(
+        shaft.max_error,
+        std::get<ShaftOptions>(MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), max_error)[0].options)
+            .max_error);
+    EXPECT_GT(*request.predicted_cpu_ms, cpu_ms);  // by as many rows
+    cpu_ms = *request.predicted_cpu_ms;
+    EXPECT_FALSE(request.certify) << "it tells its error";
+  }
+  RenderRequest request = RequestFor(made);
+  request.method = ShaftOptions{};
+  ASSERT_OK(SettleMethod(scene, *pose, 640 * 360, &request));
+  EXPECT_EQ(std::get<ShaftOptions>(request.method).max_error, ShaftOptions{}.max_error);
+}
+
 // Its work is a pass over the instances and a fixed number of candidates: no vertex is looked at, and none is here.
 TEST(SettleMethodTest, DecidesByInstancesWithoutATriangle) {
   const MadeScene made = MakeScene("S6", {.light_share = 0.2});

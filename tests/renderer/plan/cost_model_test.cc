@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "renderer/light/shared_meshes.h"
+#include "renderer/scene/pose.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/render_fixture.h"
 
@@ -10,6 +12,33 @@ namespace {
 
 MethodFacts Facts(uint64_t triangles, uint64_t receivers = 640 * 360) {
   return {.casting_triangles = triangles, .receivers = receivers};
+}
+
+TEST(CostModelTest, WhatShaftKeepsOnceCostsNoLightDataAndMoreForEachReceiver) {
+  const MethodFacts copied = Facts(2'000'000);
+  MethodFacts shared = copied;
+  shared.shared_share = 0.75;
+  const PredictedCost of_copied = PredictCost(copied, ShaftOptions{}), of_shared = PredictCost(shared, ShaftOptions{});
+  EXPECT_DOUBLE_EQ(of_shared.light_ms, of_copied.light_ms / 4);
+  EXPECT_GT(of_shared.receiver_ms, of_copied.receiver_ms);
+  EXPECT_LT(of_shared.receiver_ms, 1.45 * of_copied.receiver_ms);
+  EXPECT_EQ(PredictCost(shared, RayOptions{}).TotalMs(), PredictCost(copied, RayOptions{}).TotalMs());
+}
+
+TEST(CostModelTest, ASceneSaysWhatShaftKeepsOnce) {
+  FlatScene scene = MakeFlatScene({MakeSphere({0, 0, 0}, 0.1, 40), MakePlate({0, 0, 0}, 8, 8)});
+  const Node node = scene.nodes[0];
+  const uint64_t triangles = scene.meshes[0].TriangleCount();
+  const uint64_t least = (kLeastSavedTriangles + triangles - 1) / triangles + 1;
+  const auto share_at = [&](uint64_t places) {
+    while (scene.nodes.size() < places + 1) {  // and the plate
+      scene.scenes[0].roots.push_back(uint32_t(scene.nodes.size()));
+      scene.nodes.push_back(node);
+    }
+    return FactsForMethod(scene, *BuildPose(scene, 0), RenderRequest(), 1000).shared_share;
+  };
+  EXPECT_EQ(share_at(least - 1), 0);
+  EXPECT_DOUBLE_EQ(share_at(least), double(least * triangles) / double(least * triangles + 2));
 }
 
 // What `halfshade bench --suite quick` measured at 640 x 360: the geometric mean of its two scenes in README.md's
@@ -66,6 +95,12 @@ TEST(CostModelTest, ErrorsFallWithWorkAndRowsAndRaysAreTheFewestThatMeetThem) {
   MethodFacts masked = plain;
   masked.masked_share = 1;
   EXPECT_GT(RayError(masked, 64), RayError(plain, 64));
+  MethodFacts blend = masked;
+  blend.blend_share = 1;
+  EXPECT_NEAR(ShaftError(blend, 32) - ShaftError(masked, 32), RayError(blend, 1024) - RayError(masked, 1024), 1e-12)
+      << "as many samples, as much noise";
+  EXPECT_GT(ShaftError(blend, 64), 0.313 / std::sqrt(64 * 32.0)) << "what no row takes away";
+  EXPECT_GT(RaysFor(blend, 0.01), RaysFor(masked, 0.01));
   for (const double max_error : {0.03, 0.01, 0.003, 0.001}) {
     const int rays = RaysFor(plain, max_error), rows = ShaftRowsFor(plain, max_error);
     EXPECT_LE(RayError(plain, rays), max_error);

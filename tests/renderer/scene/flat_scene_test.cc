@@ -70,7 +70,7 @@ TEST(CoverageTest, MaskIsDecidedWithoutTexelsWhereTheFactorTells) {
   EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kFull);
   material.alpha_mode = AlphaMode::kBlend;
   material.base_color_texture.texture = 0;
-  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested) << "as MASK";
+  EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested);
   material.alpha_mode = AlphaMode::kMask;
   EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested);
   material.alpha_cutoff = 0;
@@ -84,6 +84,33 @@ TEST(CoverageTest, MaskIsDecidedWithoutTexelsWhereTheFactorTells) {
   EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kTested);
   material.base_color.a = 0.25f;
   EXPECT_EQ(scene.CoverageOf(mesh), MaskCoverage::kNothing);
+}
+
+// Light meets all of BLEND whose alpha is not 0, and need not ask where it is 1; the camera has a cutoff.
+TEST(CoverageTest, BlendIsTestedWhereItsAlphaMayBeBetweenNoneAndAll) {
+  FlatScene scene;
+  scene.materials.resize(1);
+  Material& material = scene.materials[0];
+  material.alpha_mode = AlphaMode::kBlend;
+  const Mesh mesh;
+  struct Case {
+    float factor;
+    MaskCoverage light, camera, light_of_texture, camera_of_texture;
+  };
+  constexpr MaskCoverage kFull = MaskCoverage::kFull, kTested = MaskCoverage::kTested,
+                         kNothing = MaskCoverage::kNothing;
+  for (const Case& it :
+       {Case{0, kNothing, kNothing, kNothing, kNothing}, Case{0x1p-20f, kTested, kNothing, kTested, kNothing},
+        Case{0.49f, kTested, kNothing, kTested, kNothing}, Case{0.5f, kTested, kFull, kTested, kTested},
+        Case{0.99f, kTested, kFull, kTested, kTested}, Case{1, kFull, kFull, kTested, kTested}}) {
+    material.base_color.a = it.factor;
+    material.base_color_texture.texture = -1;
+    EXPECT_EQ(scene.CoverageOf(mesh), it.light) << it.factor;
+    EXPECT_EQ(scene.SeenCoverageOf(mesh), it.camera) << it.factor;
+    material.base_color_texture.texture = 0;
+    EXPECT_EQ(scene.CoverageOf(mesh), it.light_of_texture) << it.factor;
+    EXPECT_EQ(scene.SeenCoverageOf(mesh), it.camera_of_texture) << it.factor;
+  }
 }
 
 }  // namespace

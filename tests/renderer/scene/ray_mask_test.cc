@@ -49,7 +49,7 @@ TEST(RayMaskTest, TexelsAreWrappedAndFilteredAsOpenGlHasIt) {
       Texture texture;
       texture.wrap_s = texture.wrap_t = wrap;
       texture.magnifies_to_nearest = is_nearest;
-      const RayMask mask(0.5f, texture, kWidth, kHeight, rgba);
+      const RayMask mask(Material(), texture, kWidth, kHeight, rgba);
       int asked = 0, masked = 0;
       for (int i = 0; i < 20000; ++i) {
         const glm::vec2 at(place(random), place(random));
@@ -71,12 +71,12 @@ TEST(RayMaskTest, TexelsAreWrappedAndFilteredAsOpenGlHasIt) {
 }
 
 TEST(RayMaskTest, PlacesBeyondFloatsReachAreSomeTexel) {
-  const RayMask mask(0.5f, {}, kWidth, kHeight, std::vector<uint8_t>(4 * kWidth * kHeight, 255));
+  const RayMask mask(Material(), {}, kWidth, kHeight, std::vector<uint8_t>(4 * kWidth * kHeight, 255));
   for (const float far : {1e9f, -1e9f, 3e38f, -3e38f, -1e-9f}) EXPECT_FALSE(mask.IsMaskedAway({far, far}, 1));
 }
 
 TEST(RayMaskTest, WithoutATextureTheVertexAlphaIsCompared) {
-  const RayMask mask(0.5f);
+  const RayMask mask{Material()};
   EXPECT_FALSE(mask.IsMaskedAway({0, 0}, 0.5f));
   EXPECT_TRUE(mask.IsMaskedAway({0, 0}, 0.49f));
 }

@@ -73,10 +73,12 @@ TEST(MaterialsTest, EveryPartOfAMaterialIsRead) {
   EXPECT_EQ(material.emissive_texture.texcoord, 0);
   EXPECT_THAT(scene->texcoords1, ElementsAre(glm::vec2(0, 0), glm::vec2(1, 0), glm::vec2(0, 1)));
   EXPECT_THAT(scene->tangents, ElementsAre(glm::vec4(1, 0, 0, 1), glm::vec4(0, 1, 0, -1), glm::vec4(0)));
-  EXPECT_THAT(scene->warnings,
-              ElementsAre("/materials/0/alphaMode: BLEND is drawn, and occludes, where alpha is at least .5",
-                          "/materials/0/emissiveTexture: a third way to read texture coordinates; drawn with the "
-                          "material's first one"));
+  EXPECT_THAT(
+      scene->warnings,
+      ElementsAre(
+          "/materials/0/alphaMode: BLEND hides alpha's share of the light, and is drawn where alpha is at least .5",
+          "/materials/0/emissiveTexture: a third way to read texture coordinates; drawn with the "
+          "material's first one"));
   EXPECT_EQ(material.alpha_cutoff, kBlendCutoff);
 }
 

@@ -1,6 +1,7 @@
 // alphaMode MASK, for the camera and in shadow maps.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/renderer/shade/shade_fixture.h"
@@ -152,9 +153,8 @@ TEST_F(MasksTest, AlphaIsTheProductOfFactorTextureAndVertex) {
   EXPECT_EQ(share_hidden(0.38f), 0);
 }
 
-// The rule of BLEND, for the camera and all methods: as a MASK of one half. In the closed form of a point's shadow the
-// texels below a half are holes and the others are not, whatever else their alpha is.
-TEST_F(MasksTest, BlendIsAMaskOfOneHalfForTheCameraAndEveryMethod) {
+// The camera's rule of BLEND: as a MASK of one half. Light has another (blend_gl_test).
+TEST_F(MasksTest, BlendIsAMaskOfOneHalfForTheCamera) {
   const auto scene_of = [](AlphaMode mode, std::initializer_list<int> leaves, std::initializer_list<int> holes) {
     FlatScene scene = CheckerOverGround();
     Rgba texels = Checker();
@@ -165,25 +165,14 @@ TEST_F(MasksTest, BlendIsAMaskOfOneHalfForTheCameraAndEveryMethod) {
     scene.materials[0].base_color_texture.texture = AddTexture(&scene, kTexels, kTexels, texels);
     scene.textures.back().magnifies_to_nearest = true;
     scene.materials[0].alpha_mode = mode;
-    scene.materials[0].alpha_cutoff = kBlendCutoff;
+    scene.materials[0].emissive = glm::vec3(1);
     return scene;
   };
   const FlatScene blend = scene_of(AlphaMode::kBlend, {128, 255, 192}, {127, 0, 64});
   const FlatScene mask = scene_of(AlphaMode::kMask, {255}, {0});
-  for (const TestMethod& method : TestMethods()) {
-    RenderRequest request = GroundRequest(64);
-    request.method = method.options;
-    request.lights = {LightAbove(2, 0.5)};
-    const std::vector<RenderedImage> a = Render(blend, request), b = Render(mask, request);
-    ASSERT_EQ(a.size() + b.size(), 2u) << method.name;
-    EXPECT_TRUE(std::equal(a[0].image.data(), a[0].image.data() + a[0].image.size(), b[0].image.data())) << method.name;
-  }
-  RenderRequest request = GroundRequest();
-  request.method = RayOptions{1};
-  double dark = 0;
-  EXPECT_LE(WrongPixels(Render(blend, request)[0].image, &dark), 2 * 9 * 128 / 8) << "as of MASK above";
   const Image seen = RenderFrame(blend, LookDownOn(1, 64)), expected = RenderFrame(mask, LookDownOn(1, 64));
   EXPECT_TRUE(std::equal(seen.data(), seen.data() + seen.size(), expected.data()));
+  EXPECT_GT(*std::max_element(seen.data(), seen.data() + seen.size()), 0);
 }
 
 TEST_F(MasksTest, WithoutATextureTheFactorDecidesAlone) {

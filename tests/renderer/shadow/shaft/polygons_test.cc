@@ -16,7 +16,7 @@ namespace {
 // Seen from a light at height 3 that shines down.
 ShaftPolygons Build(const std::vector<GlbMesh>& meshes, const AreaLight& light = LightAbove(3, 0.5)) {
   const FlatScene scene = MakeFlatScene(meshes);
-  return BuildShaftPolygons({BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, nullptr}, light);
+  return BuildShaftPolygons({BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, nullptr, {}}, light);
 }
 
 TEST(ShaftPolygonsTest, TheFacesOfABoxAreSixQuadsOfAClosedSurface) {
@@ -69,6 +69,16 @@ TEST(ShaftPolygonsTest, QuadsThatAreBentOrNotConvexStayTwoTriangles) {
   EXPECT_EQ(Build({arrow}).polygons.size(), 2u);
 }
 
+// Three in a plane, of which the middle one is asked for first and could go with either.
+TEST(ShaftPolygonsTest, ATriangleIsOfOneQuadOnly) {
+  GlbMesh fan;
+  fan.positions = {{0, 1, 0}, {1, 1, 0}, {0.5f, 1, 0.8f}, {0.6f, 1, -0.8f}, {1.4f, 1, 0.7f}};
+  fan.indices = {0, 2, 1, 0, 1, 3, 1, 2, 4};
+  const ShaftPolygons polygons = Build({fan});
+  ASSERT_EQ(polygons.polygons.size(), 2u);
+  EXPECT_EQ(polygons.polygons[0].corners + polygons.polygons[1].corners, 4 + 3);
+}
+
 TEST(ShaftPolygonsTest, WhatCrossesTheLightsPlaneIsCutThereAndOpen) {
   const AreaLight light = LightAbove(3, 0.5);
   const ShaftPolygons polygons = Build({MakeBox({0.2, 3, 0}, {1, 1, 1})}, light);
@@ -85,8 +95,8 @@ TEST(PolygonTreeTest, EveryPolygonIsInOneLeafAndWithinItsBoxes) {
   ASSERT_GT(tree.polygons.size(), 1000u);
   std::vector<int> seen(tree.polygons.size(), 0);
   size_t nodes = 1;
-  for (const PolygonTree::Node& node : tree.nodes) {
-    for (int i = 0; i < PolygonTree::kWidth; ++i) {
+  for (const TreeNode& node : tree.nodes) {
+    for (int i = 0; i < TreeNode::kWidth; ++i) {
       if (node.boxes.low[0][i] > node.boxes.high[0][i]) continue;
       if (node.count[i] == 0) ++nodes;
       for (uint32_t p = node.first[i]; p < node.first[i] + node.count[i]; ++p) {

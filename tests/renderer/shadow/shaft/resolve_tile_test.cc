@@ -15,6 +15,7 @@
 #include "renderer/light/trace_light.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/scene/pose.h"
+#include "tests/renderer/shadow/shaft/resolve_points.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/mesh_parts.h"
@@ -30,49 +31,13 @@ absl::StatusOr<Rgba8Image> DecodeHoles(const EncodedImage&) {
   return image;
 }
 
-// Hidden fractions of points on the ground, seen from a light at height 3 that shines down.
-struct Resolved {
-  std::vector<float> hidden;
-  double disagreement = 0;  // mean
-  uint64_t drawn = 0;
-};
-
+// Seen from a light at height 3 that shines down.
 Resolved ResolvePoints(const FlatScene& scene, const AreaLight& light, const CpuReceivers& receivers, int rows,
                        uint32_t seed = 0, std::shared_ptr<const MeshLevels> levels = nullptr) {
   CpuOccluders occluders = *BuildCpuOccluders(scene, *BuildPose(scene, 0), light, &DecodeHoles);
   occluders.levels = std::move(levels);
-  const PolygonTree tree = BuildPolygonTree(BuildShaftPolygons(occluders, light));
-  const TileFiller filler(receivers, light, tree.space, seed);
-  Resolved resolved;
-  resolved.hidden.resize(receivers.size(), 0);
-  Tile tile;
-  TileScratch scratch;
-  TileResult result;
-  for (int index = 0; index < filler.count(); ++index) {
-    if (!filler.Fill(index, &tile)) continue;
-    ResolveTile(tree, occluders.masks, tile, rows, &scratch, &result);
-    resolved.drawn += result.drawn;
-    for (int i = 0; i < Tile::kMost; ++i) {
-      if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
-      resolved.hidden[tile.index[i]] = result.hidden[i];
-      resolved.disagreement += result.disagreement[i] / double(receivers.size());
-    }
-  }
-  return resolved;
-}
-
-// `count` a side over the square of edge `size`, on the ground.
-std::vector<glm::vec3> GroundPoints(int count, float size) {
-  std::vector<glm::vec3> points;
-  for (int i = 0; i < count * count; ++i) {
-    points.emplace_back((float(i % count) / float(count - 1) - 0.5f) * size, 0,
-                        (float(i / count) / float(count - 1) - 0.5f) * size);
-  }
-  return points;
-}
-
-CpuReceivers OnGround(const std::vector<glm::vec3>& points) {
-  return MakePointReceivers(points, std::vector<glm::vec3>(points.size(), {0, 1, 0}));
+  const PolygonTree tree = BuildPolygonTree(occluders, light);
+  return ResolveTree(tree, occluders.masks, light, receivers, rows, seed);
 }
 
 class RowsTest : public testing::TestWithParam<int> {};
@@ -261,7 +226,8 @@ TEST(ResolveTileTest, LevelsOfADenseMeshSavePolygonsAndShowLessThanTheSamplesMis
     }
     std::printf("%d rows: polygons %.2f, error %.2f of those without levels, largest difference %.4f\n", rows,
                 double(simple.drawn) / double(whole.drawn), simple_error / error, largest);
-    EXPECT_LT(double(simple.drawn), (rows == 8 ? 0.6 : rows == 16 ? 0.7 : 0.95) * double(whole.drawn));
+    // The mesh itself is drawn as quads, its levels as triangles.
+    EXPECT_LT(double(simple.drawn), (rows == 8 ? 0.62 : rows == 16 ? 0.73 : 0.95) * double(whole.drawn));
     EXPECT_LT(simple_error, 1.2 * error);
     // What a level may show, where it is not that a sample more or less is hidden; so nothing shines between two.
     EXPECT_LT(largest, (0.24 + 0.4) / rows);

@@ -3,19 +3,25 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <glm/gtc/matrix_transform.hpp>
 #include <string>
 #include <vector>
 
 #include "renderer/image/compare.h"
+#include "renderer/plan/choose_method.h"
+#include "renderer/scene/pose.h"
 #include "tests/support/flat_scene_builder.h"
+#include "tests/support/mesh_parts.h"
 #include "tests/support/render_fixture.h"
 #include "tests/support/scene_makers.h"
 
 namespace halfshade {
 namespace {
 
+using testing::HasSubstr;
 using testing::StartsWith;
 
 const PassReport* ResolveOf(const RenderReport& report) {
@@ -78,6 +84,126 @@ TEST(ShaftReportTest, RowsThatAreLeftOpenAreTheFewestThatMeetTheError) {
     last = RowsOf(report);
   }
   EXPECT_EQ(last, "64");
+}
+
+// As a server settles it: by name, rows left open, with a budget.
+absl::StatusOr<RenderResult> RenderSettled(const FlatScene& scene, RenderRequest request, double max_error, int rows) {
+  request.method = ShaftOptions{.rows = rows};
+  request.budget.max_error = max_error;
+  const auto pose = BuildPose(scene, 0);
+  if (!pose.ok()) return pose.status();
+  const absl::Status settled = SettleMethod(scene, *pose, uint64_t(request.width) * request.height, &request);
+  if (!settled.ok()) return settled;
+  request.outputs = {OutputKind::kVisibility};
+  return TestRenderer().Render("", scene, request, [] { return absl::OkStatus(); });
+}
+
+TEST(ShaftReportTest, ByNameWithABudgetRowsAreChosenForItAndWhatBreaksItIsRefused) {
+  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  RenderRequest request = RequestFor(made);
+  request.width = 320;
+  request.height = 180;
+  int last = 0;
+  for (const double max_error : {0.03, 0.01, 0.003}) {
+    const auto result = RenderSettled(scene, request, max_error, 0);
+    ASSERT_OK(result);
+    ASSERT_TRUE(result->report.error.predicted);
+    std::printf("%g: %s rows, predicted %.5f\n", max_error, RowsOf(result->report).c_str(),
+                *result->report.error.predicted);
+    EXPECT_LE(*result->report.error.predicted, max_error);
+    EXPECT_GT(std::stoi(RowsOf(result->report)), last);
+    last = std::stoi(RowsOf(result->report));
+  }
+  // What 64 rows do not reach; and rows that are named stay, whatever the budget.
+  EXPECT_THAT(RenderSettled(scene, request, 0.00003, 0),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_error: 3e-05; the error is")));
+  EXPECT_THAT(RenderSettled(scene, request, 0.003, 8),
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("budget.max_error: 0.003; the error is")));
+  const auto eight = RenderSettled(scene, request, 0.01, 8);
+  ASSERT_OK(eight);
+  EXPECT_EQ(RowsOf(eight->report), "8");
+}
+
+TEST(ShaftTest, LightDataThatTheCacheCannotHoldIsRefusedAndAutoTakesRays) {
+  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  RenderRequest request = RequestFor(made);
+  request.width = 64;
+  request.height = 36;
+  request.outputs = {OutputKind::kVisibility};
+  request.method = ShaftOptions{.rows = 8};
+  const auto render = [&](uint64_t light_data_bytes) -> absl::StatusOr<RenderReport> {
+    auto renderer =
+        Renderer::Create(&TestContext(), [](const EncodedImage&) { return absl::UnimplementedError("no textures"); },
+                         {.light_data_bytes = light_data_bytes});
+    if (!renderer.ok()) return renderer.status();
+    auto result = (*renderer)->Render("", scene, request, [] { return absl::OkStatus(); });
+    if (!result.ok()) return result.status();
+    return std::move(result->report);
+  };
+  const auto whole = render(512 << 20);
+  ASSERT_OK(whole);
+  uint64_t bytes = 0;
+  for (const CacheReport& cache : whole->caches) {
+    if (cache.name == "light[0]/light_data") bytes = cache.bytes;
+  }
+  ASSERT_GT(bytes, 0u);
+  EXPECT_OK(render(bytes));
+  // One byte less, and what is refused before a polygon is made.
+  for (const uint64_t less : {bytes - 1, bytes / 100}) {
+    EXPECT_THAT(render(less),
+                StatusIs(absl::StatusCode::kResourceExhausted,
+                         HasSubstr("the light cache holds " + std::to_string(less) + "; ray has no such bound")));
+  }
+  request.is_auto = true;
+  const auto by_rays = render(bytes - 1);
+  ASSERT_OK(by_rays);
+  EXPECT_EQ(by_rays->method, "ray");
+  EXPECT_THAT(by_rays->reason, HasSubstr("ray in its place: shaft: "));
+}
+
+// Sixty of 5000 triangles each: kept once. One is mirrored, one squeezed flat, one reaches the light's plane.
+TEST(ShaftTest, WhatAMeshInManyPlacesHidesIsWhatRaysSay) {
+  GlbMesh mesh;
+  AddStarSolid(mesh, {0, 0, 0}, 36,
+               [](const glm::dvec3& d) { return 1 + 0.3 * std::sin(5 * d.x) * std::cos(4 * d.y); });
+  FlatScene scene = MakeFlatScene({mesh, MakePlate({0, 0, 0}, 8, 8)});
+  const Node node = scene.nodes[0];
+  for (int i = 0; i < 60; ++i) {
+    if (i > 0) {
+      scene.scenes[0].roots.push_back(uint32_t(scene.nodes.size()));
+      scene.nodes.push_back(node);
+    }
+    glm::dmat4& place = i > 0 ? scene.nodes.back().local : scene.nodes[0].local;
+    const glm::dvec3 at(i % 8 * 0.5 - 1.75, i == 5 ? 3 : 0.3 + 0.1 * (i % 5), i / 8 * 0.5 - 1.75);
+    place = glm::rotate(glm::translate(glm::dmat4(1), at), 0.7 * i, {0.2, 1.0, 0.1});
+    place = glm::scale(place, glm::dvec3(i == 3 ? -0.2 : 0.2, i == 4 ? 0 : 0.2, 0.15));
+  }
+  RenderRequest request;
+  request.camera = LookFrom({3, 4, 4}, {0, 0, 0});
+  request.width = 160;
+  request.height = 120;
+  request.lights = {LightAbove(3, 0.5)};
+  request.outputs = {OutputKind::kVisibility};
+  request.method = RayOptions{4096};
+  const Image truth = RenderVisibility(scene, request);
+  request.method = ShaftOptions{.rows = 64};
+  RenderReport report;
+  const Image v = RenderVisibility(scene, request, &report);
+  for (const CacheReport& cache : report.caches) {
+    // Two copies of 5040 triangles and levels take 1.2 MB, sixty would take 36.
+    if (cache.name == "light[0]/light_data") {
+      EXPECT_LT(cache.bytes, 2u << 20);
+    }
+  }
+  const auto error = Compare(truth, v, nullptr);
+  ASSERT_OK(error);
+  std::printf("error %.5f over shadowed pixels, p999 %.5f; predicted %.5f\n", *error->mae_shadowed, *error->p999,
+              *report.error.predicted);
+  // As where nothing is shared: what the samples of both miss.
+  EXPECT_LT(*error->mae_shadowed, 0.002);
+  EXPECT_LT(*error->p999, 0.02);
 }
 
 TEST(ShaftTest, TheBytesAreTheSameOnOneThreadAndOnTwo) {
