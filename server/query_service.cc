@@ -46,7 +46,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
   void OnCancel() override { GiveUp(absl::CancelledError("cancelled by the client")); }
 
   void OnDone() override {
-    if (alarm_) alarm_->Cancel();
+    alarm_.reset();
     self_.reset();
   }
 
@@ -134,7 +134,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
   v1::QueryVisibilityResponse* const response_;
   const CallLog::Call call_;
   std::shared_ptr<QueryCall> self_;
-  std::unique_ptr<grpc::Alarm> alarm_;  // its callback holds a share of this until it ran or was cancelled
+  std::unique_ptr<grpc::Alarm> alarm_;  // keeps its callback, and so a share of this, until it is destroyed
   SystemClock::time_point deadline_;
   std::atomic<bool> gave_up_{false};
   std::atomic<bool> is_finished_{false};

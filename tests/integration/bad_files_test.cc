@@ -31,12 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double kSlowdown = 20, kMoreMemory = 10;
-#else
-constexpr double kSlowdown = 1, kMoreMemory = 1;
-#endif
-
 std::string ReadFile(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
@@ -108,6 +102,9 @@ class BadUploadsTest : public testing::Test {
   void SetUp() override {
     const char* data = std::getenv("HALFSHADE_TEST_DATA");
     if (data == nullptr) GTEST_SKIP() << "HALFSHADE_TEST_DATA is not set";
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "the fence forbids what sanitizers do; tests/fuzz has the loader under them";
+#endif
     folder_ = fs::path(data) / "bad";
     auto store = Store::Open("", {uint64_t(1) << 30});
     ASSERT_OK(store);
@@ -251,12 +248,12 @@ TEST_F(BadUploadsTest, GetWhatTheManifestSaysInTimeAndInMemory) {
     // CPU time, which a loaded machine does not stretch. A bomb is what asks for more than it sends.
     const double seconds = outcome.cpu_s;
     const bool is_bomb = row.expect.find("RESOURCE_EXHAUSTED") != std::string::npos;
-    EXPECT_LT(seconds, kSlowdown * (is_bomb ? 2.5 : 1)) << row.file;
+    EXPECT_LT(seconds, is_bomb ? 2.5 : 1.0) << row.file;
     const double bound = 100 * double(outcome.bytes) + (256 << 20);
     // Task and answer are in memory files.
     const double memory =
         double((LoaderMb(outcome.bytes) << 20) + outcome.own_peak_bytes + outcome.bytes + outcome.answer_bytes);
-    EXPECT_LT(memory, kMoreMemory * bound) << row.file;
+    EXPECT_LT(memory, bound) << row.file;
     if (seconds > slowest_s) slowest_file = row.file;
     if (memory / bound > largest) largest_file = row.file;
     slowest_s = std::max(slowest_s, seconds);

@@ -103,7 +103,9 @@ TEST_F(OverloadTest, AtTenTimesItsCapacityItServesOnAndSaysNoAtOnce) {
   EXPECT_EQ(overload.others, 0);
   EXPECT_EQ(overload.without_pushback, 0);
   EXPECT_GT(goodput, 0.5) << "a collapse, on whatever machine";
+#if !defined(__SANITIZE_ADDRESS__)  // which keeps what is freed
   EXPECT_LT(growth_mb, 64);
+#endif
   // And it recovers.
   const Outcome after = Drive(2, 500ms, 50ms);
   EXPECT_EQ(after.refused, 0);
