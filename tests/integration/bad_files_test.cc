@@ -1,5 +1,5 @@
 // Every file of data/bad, as an upload: into the store, through the catalog and the fence, with every image decoded.
-// What each must get is the manifest's word; where we do not share it, bad_files_argued.h says why.
+// What each must get is the manifest's word; where we do not share it, bad_files_argued says why.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -23,7 +23,7 @@
 #include "tests/client/temporary_folder.h"
 #include "tests/integration/bad_files_argued.h"
 #include "tests/renderer/scene_loader/png.h"
-#include "tests/support/peak_memory.h"
+#include "tests/support/process_memory.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade {
@@ -230,6 +230,7 @@ class BadUploadsTest : public testing::Test {
 
 TEST_F(BadUploadsTest, GetWhatTheManifestSaysInTimeAndInMemory) {
   std::map<std::string, int> objections;
+  const std::map<std::string, Argument> arguments = Arguments();
   std::set<std::string> argued;
   double slowest_s = 0;
   double largest = 0;  // share of the bound of memory
@@ -239,8 +240,8 @@ TEST_F(BadUploadsTest, GetWhatTheManifestSaysInTimeAndInMemory) {
     EXPECT_EQ(outcome.status.message().find("crashes"), std::string::npos) << row.file << ": " << outcome.status;
     if (const std::string objection = Objection(row, outcome); !objection.empty()) {
       ++objections[objection];
-      const auto argument = Arguments().find(row.file);
-      const bool is_argued = argument != Arguments().end() && argument->second.objection == objection;
+      const auto argument = arguments.find(row.file);
+      const bool is_argued = argument != arguments.end() && argument->second.objection == objection;
       if (is_argued) argued.insert(row.file);
       EXPECT_TRUE(is_argued) << row.file << " " << objection << "; " << row.expect << " naming " << row.must_name
                              << ": " << outcome.status << "; warnings: " << outcome.warnings;
@@ -260,7 +261,7 @@ TEST_F(BadUploadsTest, GetWhatTheManifestSaysInTimeAndInMemory) {
     largest = std::max(largest, memory / bound);
   }
   EXPECT_EQ(rows_.size(), 702u);
-  for (const auto& [file, argument] : Arguments()) EXPECT_TRUE(argued.contains(file)) << file << " agrees";
+  for (const auto& [file, argument] : arguments) EXPECT_TRUE(argued.contains(file)) << file << " agrees";
   struct rusage loaders {};
   getrusage(RUSAGE_CHILDREN, &loaders);  // the largest of them all, which begin as large as this process
   std::printf(

@@ -8,6 +8,7 @@
 #include "client/glb_writer.h"
 #include "tests/integration/scenes_fixture.h"
 #include "tests/support/flat_scene_builder.h"
+#include "tests/support/process_memory.h"
 
 namespace halfshade {
 namespace {
@@ -170,20 +171,6 @@ TEST_F(ScenesTest, ASceneLargerThanTheCacheIsRefusedForGoodAndListedWithTheReaso
   ASSERT_EQ(list.scenes_size(), 1);
   EXPECT_EQ(list.scenes(0).name(), scene);
   EXPECT_THAT(list.scenes(0).warnings(0), HasSubstr("the scene cache of this server holds"));
-}
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kIsPlainMemory = false;  // what is freed is kept for a while
-#else
-constexpr bool kIsPlainMemory = true;
-#endif
-
-// Of this process, in MB.
-double ResidentMb() {
-  std::ifstream status("/proc/self/statm");
-  double total = 0, resident = 0;
-  status >> total >> resident;
-  return resident * 4096 / 1e6;
 }
 
 // GL buffers are not in it: the renderer is blank.

@@ -16,7 +16,7 @@
 #include "server/scene_name.h"
 #include "tests/client/temporary_folder.h"
 #include "tests/support/flat_scene_builder.h"
-#include "tests/support/peak_memory.h"
+#include "tests/support/process_memory.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade {

@@ -26,6 +26,7 @@
 #include "server/server.h"
 #include "tests/stress/leak_gate.h"
 #include "tests/support/flat_scene_builder.h"
+#include "tests/support/process_memory.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade {
@@ -35,13 +36,6 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kClients = 4;
-
-double ResidentMb() {
-  malloc_trim(0);  // what the allocator keeps for later is no leak
-  double pages = 0, resident = 0;
-  std::ifstream("/proc/self/statm") >> pages >> resident;
-  return resident * 4096 / 1e6;
-}
 
 double OpenFiles() {
   const std::filesystem::directory_iterator files("/proc/self/fd");
@@ -221,6 +215,7 @@ class SoakTest : public testing::Test {
       for (std::thread& client : clients) client.join();
       std::this_thread::sleep_for(50ms);  // connections and what was cancelled end
       const double time_s = std::chrono::duration<double>(Clock::now() - begin).count();
+      malloc_trim(0);  // what the allocator keeps for later is no leak
       samples.resident_mb.push_back({time_s, ResidentMb()});
       samples.files.push_back({time_s, OpenFiles()});
     }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -346,6 +347,25 @@ TEST(TraceLightTest, AStopComesBackSoon) {
   // Slabs are aimed at 10 ms; a loaded machine may double that, and again.
   std::printf("longest time between two stop checks %.1f ms\n", longest_ms);
   EXPECT_LE(longest_ms, 100);
+}
+
+// As of a call that others begin to wait for after its own client has left.
+TEST(RaySceneTest, WhatWasToldToStopOnceIsNotTakenForWhole) {
+  const FlatScene scene = MakeFlatScene(MakeScene("S6").meshes);
+  const Pose pose = *BuildPose(scene, 0);
+  std::atomic<int> asked = 0;
+  ASSERT_OK(RayScene::Create(scene, pose, NoImages, [&] {
+    ++asked;
+    return absl::OkStatus();
+  }));
+  ASSERT_GT(asked, 4) << "asked while it is built";
+  for (const int at : {0, 1, asked / 2}) {
+    std::atomic<int> count = 0;
+    EXPECT_THAT(RayScene::Create(scene, pose, NoImages,
+                                 [&] { return count++ == at ? absl::CancelledError("once") : absl::OkStatus(); }),
+                StatusIs(absl::StatusCode::kCancelled, "once"))
+        << at;
+  }
 }
 
 TEST(TraceLightTest, NothingHidesWhereNothingCasts) {

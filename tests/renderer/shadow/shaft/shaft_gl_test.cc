@@ -59,12 +59,22 @@ std::string RowsOf(const RenderReport& report) {
   return "";
 }
 
-TEST(ShaftReportTest, RowsThatAreLeftOpenAreTheFewestThatMeetTheError) {
+// S5 in a picture that is large enough to be sampled for its rows.
+struct SampledScene {
+  FlatScene scene;
+  RenderRequest request;
+};
+
+SampledScene MakeSampledScene() {
   const MadeScene made = MakeScene("S5", {.light_share = 0.2});
-  const FlatScene scene = MakeFlatScene(made.meshes);
-  RenderRequest request = RequestFor(made);
-  request.width = 320;
-  request.height = 180;
+  SampledScene sampled{MakeFlatScene(made.meshes), RequestFor(made)};
+  sampled.request.width = 320;
+  sampled.request.height = 180;
+  return sampled;
+}
+
+TEST(ShaftReportTest, RowsThatAreLeftOpenAreTheFewestThatMeetTheError) {
+  auto [scene, request] = MakeSampledScene();
   request.method = RayOptions{2048};
   const Image truth = RenderVisibility(scene, request);
   std::string last;
@@ -99,11 +109,7 @@ absl::StatusOr<RenderResult> RenderSettled(const FlatScene& scene, RenderRequest
 }
 
 TEST(ShaftReportTest, ByNameWithABudgetRowsAreChosenForItAndWhatBreaksItIsRefused) {
-  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
-  const FlatScene scene = MakeFlatScene(made.meshes);
-  RenderRequest request = RequestFor(made);
-  request.width = 320;
-  request.height = 180;
+  const auto [scene, request] = MakeSampledScene();
   int last = 0;
   for (const double max_error : {0.03, 0.01, 0.003}) {
     const auto result = RenderSettled(scene, request, max_error, 0);
