@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <mutex>
 #include <string>
 
 #include "renderer/scene/ray_fan.h"
@@ -18,8 +19,20 @@ bool CountBytes(void* total, ssize_t bytes, bool) {
   return true;
 }
 
-// Embree asks it from the threads that build.
-bool GoesOn(void* stop, double) { return (*static_cast<const StopCheck*>(stop))().ok(); }
+// What Embree asks while it builds, from the threads that do. The first error stands: a check that failed once may hold
+// again, and by then a part of the hierarchy is missing.
+struct BuildStop {
+  const StopCheck& check;
+  std::mutex mutex;
+  absl::Status status;
+
+  static bool GoesOn(void* self, double) {
+    auto& stop = *static_cast<BuildStop*>(self);
+    const std::lock_guard lock(stop.mutex);
+    if (stop.status.ok()) stop.status = stop.check();
+    return stop.status.ok();
+  }
+};
 
 // Of every corner of the mesh's triangles: texture coordinate of the base colour, and alpha.
 void AddMaskCorners(const FlatScene& scene, const Mesh& mesh, std::vector<glm::vec3>* corners) {
@@ -136,14 +149,12 @@ absl::Status RayScene::Build(const StopCheck& stop) {
   rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
   rtcAttachGeometry(scene_, geometry);
   rtcReleaseGeometry(geometry);
-  StopCheck asked = stop;
-  rtcSetSceneProgressMonitorFunction(scene_, &GoesOn, &asked);
+  BuildStop build_stop{stop, {}, {}};
+  rtcSetSceneProgressMonitorFunction(scene_, &BuildStop::GoesOn, &build_stop);
   rtcCommitScene(scene_);
   rtcSetSceneProgressMonitorFunction(scene_, nullptr, nullptr);
+  RETURN_IF_ERROR(build_stop.status);
   const RTCError error = rtcGetDeviceError(device_);
-  if (error == RTC_ERROR_CANCELLED) {
-    RETURN_IF_ERROR(stop());
-  }
   if (error == RTC_ERROR_OUT_OF_MEMORY) {
     return absl::ResourceExhaustedError("ray_scene: no memory for a hierarchy of " +
                                         std::to_string(triangles_.indices.size() / 3) + " triangles");
