@@ -34,6 +34,12 @@ class BlankRenderer : public Renderer {
     }
     return result;
   }
+  absl::StatusOr<QueryResult> QueryVisibility(const std::string&, const FlatScene&, const RenderRequest&,
+                                              const QueryPoints& points, const StopCheck&) override {
+    QueryResult result;
+    result.visibility.assign(points.points_ws.size(), 1);
+    return result;
+  }
   void ForgetScene(const std::string&) override {}
 };
 
@@ -149,6 +155,16 @@ class ScenesTest : public testing::Test {
     request.set_height(8);
     request.set_seed(++seed_);  // identical requests would be one
     return renders_->Render(&context, request, response);
+  }
+  // Of one point.
+  grpc::Status QueryPoint(const std::string& scene) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+    v1::QueryVisibilityRequest query;
+    query.mutable_request()->set_scene(scene);
+    query.set_points(std::string(3 * sizeof(float), 0));
+    v1::QueryVisibilityResponse response;
+    return renders_->QueryVisibility(&context, query, &response);
   }
   v1::GetStatisticsResponse Statistics() {
     grpc::ClientContext context;

@@ -173,6 +173,20 @@ TEST_F(ScenesTest, ASceneLargerThanTheCacheIsRefusedForGoodAndListedWithTheReaso
   EXPECT_THAT(list.scenes(0).warnings(0), HasSubstr("the scene cache of this server holds"));
 }
 
+TEST_F(ScenesTest, AQueryLetsGoOfItsScene) {
+  options_.scene_cache_mb = 2;
+  Start();
+  for (int i = 0; i < 12; ++i) {
+    const std::string glb = SphereGlb(100, 1 + 0.1 * i), digest = Sha256Hex(glb);
+    ASSERT_TRUE(Send(glb, 0, glb.size(), 1 << 20, digest).ok());
+    std::string name;
+    ASSERT_TRUE(CreateScene(digest, &name).ok());
+    // A scene in use is not evicted: were two of them kept, there would be no room for a third.
+    const grpc::Status status = QueryPoint(name);
+    EXPECT_TRUE(status.ok()) << i << ": " << status.error_message();
+  }
+}
+
 // GL buffers are not in it: the renderer is blank.
 TEST_F(ScenesTest, MemoryIsFlatOverFiveHundredRendersOfTwelveScenesThatDoNotFitTheCache) {
   options_.scene_cache_mb = 8;
