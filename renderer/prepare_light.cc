@@ -11,26 +11,23 @@
 namespace halfshade {
 namespace {
 
-// The scene's dense meshes simplified: from the context's cache, or built (a pass "mesh_levels" of the report) and
-// kept.
-absl::StatusOr<gl::ObjectCache<const MeshLevels>::Pointer> PrepareMeshLevels(const DrawContext& draw,
-                                                                             const LightSource& source,
-                                                                             LightCaches& caches,
-                                                                             RenderReport& report) {
-  const std::string key = LightDataPrefix(source.scene_name) + "mesh_levels";
-  gl::ObjectCache<const MeshLevels>::Pointer levels = caches.mesh_levels.Find(key);
-  const bool is_hit = levels != nullptr;
+// What the method keeps of the scene: from the context's cache, or built (a pass "scene_data" of the report) and kept.
+absl::StatusOr<gl::ObjectCache<const SceneData>::Pointer> PrepareSceneData(const DrawContext& draw,
+                                                                           const LightSource& source,
+                                                                           LightCaches& caches, RenderReport& report) {
+  const std::string key = LightDataPrefix(source.scene_name) + "scene_data/" + source.method.name;
+  gl::ObjectCache<const SceneData>::Pointer data = caches.scene_data.Find(key);
+  const bool is_hit = data != nullptr;
   if (!is_hit) {
-    RETURN_IF_ERROR(TimedPass(draw, report, "mesh_levels", &report.light_ms, [&] {
-      levels = std::make_shared<const MeshLevels>(BuildMeshLevels(source.scene));
-      report.passes.back().count = levels->triangles;
+    RETURN_IF_ERROR(TimedPass(draw, report, "scene_data", &report.light_ms, [&]() -> absl::Status {
+      ASSIGN_OR_RETURN(data, source.method.method->BuildSceneData(draw, source.scene));
       return absl::OkStatus();
     }));
-    caches.mesh_levels.Keep(key, levels);
+    caches.scene_data.Keep(key, data);
   }
   report.caches.push_back(
-      {.name = "mesh_levels", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = levels->SizeBytes()});
-  return levels;
+      {.name = "scene_data", .hits = uint64_t(is_hit), .misses = uint64_t(!is_hit), .bytes = data->SizeBytes()});
+  return data;
 }
 
 // From the store, or built and put there. Its pass is the report's last.
@@ -129,20 +126,17 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
     if (needs.ray_scene) {
       ASSIGN_OR_RETURN(inputs.ray_scene, PrepareRayScene(draw, source, caches, report));
     }
-    gl::ObjectCache<const MeshLevels>::Pointer levels;
-    if (needs.mesh_levels) {
-      ASSIGN_OR_RETURN(levels, PrepareMeshLevels(draw, source, caches, report));
+    if (needs.scene_data) {
+      ASSIGN_OR_RETURN(inputs.scene_data, PrepareSceneData(draw, source, caches, report));
+      inputs.scene = &source.scene;
+      inputs.pose = &source.pose;
+      inputs.decoder = &source.decoder;
     }
     RETURN_IF_ERROR(TimedPass(draw, report, pass, &report.light_ms, [&]() -> absl::Status {
       if (needs.maps > 0) {
         ASSIGN_OR_RETURN(inputs.occluders,
                          OccludersOnContext::Create(draw, source.scene, *source.on_context,
                                                     BuildLightSpaceOccluders(source.scene, source.pose, side)));
-      }
-      if (needs.cpu_occluders) {
-        ASSIGN_OR_RETURN(CpuOccluders occluders, BuildCpuOccluders(source.scene, source.pose, side, source.decoder));
-        occluders.levels = levels;
-        inputs.cpu_occluders = std::make_shared<const CpuOccluders>(std::move(occluders));
       }
       LightView view;
       ReceiverMap receiver_map;

@@ -14,7 +14,6 @@
 #include "renderer/report.h"
 #include "renderer/request.h"
 #include "renderer/scene/flat_scene.h"
-#include "renderer/scene/mesh_levels.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/ray_scene.h"
 #include "renderer/scene/scene_on_context.h"
@@ -26,7 +25,7 @@ namespace halfshade {
 struct LightCaches {
   gl::ObjectCache<LightData> light_data;
   gl::ObjectCache<const RayScene> ray_scenes;
-  gl::ObjectCache<const MeshLevels> mesh_levels;
+  gl::ObjectCache<const SceneData> scene_data;
   LightStore* store = nullptr;  // beyond the context; may be null
 };
 

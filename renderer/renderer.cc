@@ -31,7 +31,7 @@ class ContextRenderer : public Renderer {
         scenes_(memory.scene_bytes),
         lights_{gl::ObjectCache<LightData>(memory.light_data_bytes),
                 gl::ObjectCache<const RayScene>(memory.ray_scene_bytes),
-                gl::ObjectCache<const MeshLevels>(memory.mesh_level_bytes), nullptr},
+                gl::ObjectCache<const SceneData>(memory.scene_data_bytes), nullptr},
         light_store_(memory.light_store),
         views_(memory.view_bytes) {}
 
@@ -72,7 +72,7 @@ class ContextRenderer : public Renderer {
     views_.Forget(LightDataPrefix(scene_name));
     lights_.light_data.Forget(LightDataPrefix(scene_name));
     lights_.ray_scenes.Forget(LightDataPrefix(scene_name));
-    lights_.mesh_levels.Forget(LightDataPrefix(scene_name));
+    lights_.scene_data.Forget(LightDataPrefix(scene_name));
   }
 
   absl::Status CheckCanary() override {
@@ -86,7 +86,7 @@ class ContextRenderer : public Renderer {
 
   std::vector<CacheReport> Caches() const override {
     return {CacheOf("scene_on_context", scenes_), CacheOf("light_data", lights_.light_data), CacheOf("view", views_),
-            CacheOf("ray_scene", lights_.ray_scenes), CacheOf("mesh_levels", lights_.mesh_levels)};
+            CacheOf("ray_scene", lights_.ray_scenes), CacheOf("scene_data", lights_.scene_data)};
   }
 
   void ForgetEverything() {
@@ -94,7 +94,7 @@ class ContextRenderer : public Renderer {
     views_.Clear();
     lights_.light_data.Clear();
     lights_.ray_scenes.Clear();
-    lights_.mesh_levels.Clear();
+    lights_.scene_data.Clear();
   }
 
  private:
@@ -104,7 +104,7 @@ class ContextRenderer : public Renderer {
     views_.Trim();
     lights_.light_data.Trim();
     lights_.ray_scenes.Trim();
-    lights_.mesh_levels.Trim();
+    lights_.scene_data.Trim();
   }
 
   template <typename Cache>

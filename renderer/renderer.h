@@ -65,7 +65,7 @@ struct ContextMemory {
   uint64_t light_data_bytes = 512ull << 20;  // maps and other products of lights
   uint64_t view_bytes = 256ull << 20;        // what cameras saw
   uint64_t ray_scene_bytes = 512ull << 20;   // triangles and hierarchies that rays are traced in
-  uint64_t mesh_level_bytes = 64ull << 20;   // dense meshes with fewer triangles
+  uint64_t scene_data_bytes = 256ull << 20;  // what methods keep of scenes
   LightStore* light_store = nullptr;         // outlives the renderer; null: light data is built by every context
 };
 

@@ -6,12 +6,13 @@
 
 namespace halfshade {
 
-absl::StatusOr<CpuOccluders> BuildCpuOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light,
+absl::StatusOr<CpuOccluders> BuildCpuOccluders(const FlatScene& scene, const Pose& pose,
+                                               const std::vector<uint32_t>& kept_meshes, const AreaLight& light,
                                                const ImageDecoder& decoder) {
   CpuOccluders occluders;
-  SharedMeshes found = FindSharedMeshes(scene, pose, light);
-  occluders.shared = std::move(found.meshes);
-  occluders.triangles = BuildLightSpaceOccluders(scene, found.rest, light, found.largest_coordinate_m);
+  KeptPlaces kept = FindKeptPlaces(scene, pose, kept_meshes, light);
+  occluders.places = std::move(kept.places);
+  occluders.triangles = BuildLightSpaceOccluders(scene, pose, light, kept.elsewhere);
   for (const MaskedOccluders& masked : occluders.triangles.masked) {
     ASSIGN_OR_RETURN(RayMask mask, MakeRayMask(scene, scene.materials[masked.material], decoder));
     occluders.masks.push_back(std::move(mask));

@@ -16,11 +16,12 @@ struct Casters {
   size_t opaque_count = 0;
 };
 
-Casters FindCasters(const FlatScene& scene, const Pose& pose) {
+Casters FindCasters(const FlatScene& scene, const Pose& pose, const std::vector<bool>& stands_elsewhere) {
   Casters casters;
   std::vector<const Instance*> masked;
-  for (const Instance& instance : pose.instances) {
-    if (!instance.casts) continue;
+  for (size_t i = 0; i < pose.instances.size(); ++i) {
+    const Instance& instance = pose.instances[i];
+    if (!instance.casts || (!stands_elsewhere.empty() && stands_elsewhere[i])) continue;
     const MaskCoverage coverage = scene.CoverageOf(scene.meshes[instance.mesh]);
     if (coverage == MaskCoverage::kFull) casters.instances.push_back(&instance);
     if (coverage == MaskCoverage::kTested) masked.push_back(&instance);
@@ -64,13 +65,29 @@ double LongestAxis(const glm::dmat4& from_mesh) {
 }
 
 LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light,
-                                             double largest_coordinate_m) {
+                                             const OccludersElsewhere& elsewhere) {
   const glm::dmat4 light_from_world = LightFromWorld(MakeLightFrame(light));
   LightSpaceOccluders occluders;
-  double largest_coordinate = largest_coordinate_m;
+  double largest_coordinate = 0;
   double smallest_z = std::numeric_limits<double>::infinity();
   bool crosses_plane = false;
-  const Casters casters = FindCasters(scene, pose);
+  const auto add_depth = [&](float low) {
+    if (low <= 0) {
+      crosses_plane = true;
+    } else {
+      smallest_z = std::min<double>(smallest_z, low);
+    }
+  };
+  const auto add_corner = [&](const glm::vec3& corner) {
+    const glm::vec3 p = glm::abs(corner);
+    largest_coordinate = std::max<double>(largest_coordinate, std::max({p.x, p.y, p.z}));
+  };
+  if (!elsewhere.box_ls.IsEmpty()) {
+    add_corner(elsewhere.box_ls.min);
+    add_corner(elsewhere.box_ls.max);
+    add_depth(elsewhere.box_ls.min.z);
+  }
+  const Casters casters = FindCasters(scene, pose, elsewhere.stands_there);
   const bool has_blend = HasBlendCaster(scene, pose);
   for (size_t c = 0; c < casters.instances.size(); ++c) {
     const Instance& instance = *casters.instances[c];
@@ -93,15 +110,10 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
       }
       if (high <= 0) continue;
       for (int k = 0; k < 3; ++k) {
-        const glm::vec3 p = glm::abs(occluders.positions[first_vertex + corner[k]]);
-        largest_coordinate = std::max<double>(largest_coordinate, std::max({p.x, p.y, p.z}));
+        add_corner(occluders.positions[first_vertex + corner[k]]);
         occluders.indices.push_back(first_vertex + corner[k]);
       }
-      if (low <= 0) {
-        crosses_plane = true;
-      } else {
-        smallest_z = std::min<double>(smallest_z, low);
-      }
+      add_depth(low);
     }
     if (c >= casters.opaque_count) {
       AddMaskVertices(scene, mesh, &occluders.mask_vertices);
@@ -115,7 +127,7 @@ LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose&
   }
   const double floor = std::ldexp(largest_coordinate, -20);
   double z_near = crosses_plane ? floor : smallest_z * (1 - std::ldexp(1.0, -10));
-  if (occluders.indices.empty()) z_near = 1;
+  if (occluders.indices.empty() && elsewhere.box_ls.IsEmpty()) z_near = 1;
   occluders.hull = OccluderHull(light.width_m / 2, light.height_m / 2, z_near);
   for (size_t i = 0; i < occluders.indices.size(); i += 3) {
     const uint32_t* corner = &occluders.indices[i];

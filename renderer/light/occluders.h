@@ -65,12 +65,17 @@ struct LightSpaceOccluders {
   }
 };
 
+// Casting instances that are not to be among them, but that hull.z_near() is of too.
+struct OccludersElsewhere {
+  std::vector<bool> stands_there;  // [instance of the pose]; empty: none does
+  Box3f box_ls;                    // of those not behind the light's plane
+};
+
 // The casting instances of the pose in the frame of the light. hull.z_near() is just below the nearest occluder, or,
 // where one crosses the light's plane, 2^-20 of the occluders' largest coordinate: depth maps hold w z_near in floats,
 // whose precision does not depend on it. Only powers of two and maxima go into it, so that scaling scene and light by a
 // power of two changes no bit of a map. Meshes of which a MASK or BLEND material leaves nothing are not there.
-// `largest_coordinate_m`: of occluders that stand elsewhere, for hull.z_near().
 LightSpaceOccluders BuildLightSpaceOccluders(const FlatScene& scene, const Pose& pose, const AreaLight& light,
-                                             double largest_coordinate_m = 0);
+                                             const OccludersElsewhere& elsewhere = {});
 
 }  // namespace halfshade

@@ -24,21 +24,22 @@ std::string Milliseconds(double value) {
 }
 
 MethodChoice MakeChoice(const MethodFacts& facts, const char* name, const MethodOptions& options, double error) {
-  return {options, error, PredictCost(facts, options).TotalMs(), name};
+  const PredictedCost cost = PredictCost(facts, options);
+  return {options, error, cost.TotalMs(), cost.FrameMs(), name};
 }
 
-// Rows are left open, so that the picture itself says how many it wants; a sample of its tiles does, hence the margin.
-float WantedOfShaft(double max_error) { return float(0.8 * max_error); }
+// A sample of the picture's tiles says how many rows it wants, and scenes alone how many rays: hence the margin.
+double Wanted(double max_error) { return 0.8 * max_error; }
 
 MethodChoice Shaft(const MethodFacts& facts, double max_error) {
   const int rows = ShaftRowsFor(facts, max_error);
   MethodChoice choice = MakeChoice(facts, "shaft", ShaftOptions{.rows = rows}, ShaftError(facts, rows));
-  choice.options = ShaftOptions{.rows = 0, .max_error = WantedOfShaft(max_error)};
+  choice.options = ShaftOptions{.rows = 0, .max_error = float(Wanted(max_error))};
   return choice;
 }
 
 MethodChoice Ray(const MethodFacts& facts, double max_error) {
-  const int rays = RaysFor(facts, max_error);
+  const int rays = RaysFor(facts, Wanted(max_error));
   return MakeChoice(facts, "ray", RayOptions{.rays = rays}, RayError(facts, rays));
 }
 
@@ -59,7 +60,8 @@ bool TellsError(const MethodOptions& options) {
 
 // "shaft: predicted error 0.0019 in 190 CPU-ms"
 std::string Describe(const MethodChoice& choice) {
-  return choice.reason + ": predicted error " + Number(choice.error) + " in " + Milliseconds(choice.cpu_ms) + " CPU-ms";
+  return choice.reason + ": predicted error " + Number(choice.error) + " in " + Milliseconds(choice.cpu_ms) +
+         " CPU-ms, " + Milliseconds(choice.frame_ms) + " a frame of ten";
 }
 
 // Of a method that was asked for.
@@ -83,7 +85,7 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
   candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
   std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const MethodChoice& a, const MethodChoice& b) { return a.cpu_ms < b.cpu_ms; });
+                   [](const MethodChoice& a, const MethodChoice& b) { return a.frame_ms < b.frame_ms; });
   return candidates;
 }
 
@@ -151,7 +153,7 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
     request->predicted_cpu_ms = choice.cpu_ms;
   } else {
     if (auto* shaft = std::get_if<ShaftOptions>(&request->method); shaft != nullptr && request->budget.max_error) {
-      shaft->max_error = WantedOfShaft(*request->budget.max_error);
+      shaft->max_error = float(Wanted(*request->budget.max_error));
     }
     request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
     RETURN_IF_ERROR(CheckLatency(facts, *request->predicted_cpu_ms, request->budget));

@@ -20,8 +20,9 @@ namespace halfshade {
 
 struct MethodChoice {
   MethodOptions options;
-  double error = 0;   // predicted: mean |error| of visibility over shadowed receivers
-  double cpu_ms = 0;  // predicted: of all threads, primary visibility included, nothing cached
+  double error = 0;     // predicted: mean |error| of visibility over shadowed receivers
+  double cpu_ms = 0;    // predicted: of all threads, primary visibility included, nothing cached
+  double frame_ms = 0;  // PredictedCost::FrameMs: what is called cheap
   std::string reason;
 };
 

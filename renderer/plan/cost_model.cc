@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "renderer/light/shared_meshes.h"
+#include "renderer/light/kept_meshes.h"
 #include "renderer/math/light_frame.h"
 #include "renderer/plan/frame_plan.h"
 
@@ -15,7 +15,7 @@ constexpr double kEach = 1.5;  // whatever its size: what a picture of one pixel
 constexpr double kPrimaryPerReceiver = 4e-5;
 constexpr double kFinishPerReceiver = 8e-5;  // of maps' methods: horizon, clamping, read-back; a light
 constexpr double kShaftPerTriangle = 8e-4;
-constexpr double kShaftShared = 0.45;  // more, of polygons that are made for each tile
+constexpr double kShaftPerKept = 2e-3;  // once a scene: the mesh's levels and its shape
 constexpr double kShaftPerReceiver = 2e-5;
 constexpr double kShaftPerPolygon = 2.4e-6;  // times the square root of the triangles: what a tile's list grows like
 constexpr double kShaftPerRow = 1.0 / 40;    // of that, for each row beyond 8
@@ -64,7 +64,8 @@ LightCost MapsCost(const MethodFacts& facts, double views, double map_size) {
           kFinishPerReceiver + maps * kMapPerReceiver};
 }
 
-// The table, by method. RAY's hierarchy is the scene's, whatever the number of lights: PredictCost adds it.
+// The table, by method. RAY's hierarchy and SHAFT's shapes are the scene's, whatever the number of lights: PredictCost
+// adds them.
 struct CostOf {
   const MethodFacts& facts;
 
@@ -104,9 +105,8 @@ struct CostOf {
     const int rows = shaft.rows > 0 ? shaft.rows : ShaftRowsFor(facts, shaft.max_error);
     const double masks = kShaftMasked * facts.masked_share * (1 + kMaskedPerRow * (rows - 8));
     const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) * (1 + kShaftPerRow * (rows - 8) + masks);
-    const double made = 1 + kShaftShared * facts.shared_share;
-    return {TriangleCount(facts) * (1 - facts.shared_share) * kShaftPerTriangle,
-            kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * made * lists};
+    return {TriangleCount(facts) * (1 - facts.kept_share) * kShaftPerTriangle,
+            kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * lists};
   }
 };
 
@@ -149,15 +149,17 @@ MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const Rende
         (!box.IsEmpty() && std::any_of(request.lights.begin(), request.lights.end(),
                                        [&](const AreaLight& light) { return StandsBeside(light, box); }));
   }
-  uint64_t shared = 0;
+  uint64_t kept = 0;
   for (size_t i = 0; i < places.size(); ++i) {
     const uint64_t triangles = scene.meshes[i].TriangleCount();
-    if (IsWorthSharing(triangles, places[i])) shared += triangles * places[i];
+    if (!IsWorthKeeping(triangles, places[i])) continue;
+    kept += triangles * places[i];
+    facts.kept_triangles += triangles;
   }
   if (facts.casting_triangles > 0) {
     facts.masked_share = double(masked) / double(facts.casting_triangles);
     facts.blend_share = double(blend) / double(facts.casting_triangles);
-    facts.shared_share = double(shared) / double(facts.casting_triangles);
+    facts.kept_share = double(kept) / double(facts.casting_triangles);
   }
   facts.receivers = receivers;
   facts.lights = std::max<uint64_t>(request.lights.size(), 1);
@@ -171,7 +173,8 @@ PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options
   const auto lights = double(facts.lights);
   PredictedCost cost;
   cost.light_ms = lights * light.data;
-  if (std::holds_alternative<RayOptions>(options)) cost.light_ms += TriangleCount(facts) * kRayPerTriangle;
+  if (std::holds_alternative<RayOptions>(options)) cost.scene_ms = TriangleCount(facts) * kRayPerTriangle;
+  if (std::holds_alternative<ShaftOptions>(options)) cost.scene_ms = double(facts.kept_triangles) * kShaftPerKept;
   cost.receiver_ms = kEach + double(facts.receivers) * (kPrimaryPerReceiver + lights * light.per_receiver);
   return cost;
 }

@@ -17,10 +17,11 @@ namespace halfshade {
 // What costs and errors are predicted from.
 struct MethodFacts {
   uint64_t casting_triangles = 0;
-  double masked_share = 0;  // of them: those with a mask to test
-  double blend_share = 0;   // of them: those of the masked that are BLEND
-  double shared_share = 0;  // of meshes that SHAFT keeps once for all their places (light/shared_meshes.h)
-  uint64_t receivers = 0;   // pixels of all views, or points
+  double masked_share = 0;      // of them: those with a mask to test
+  double blend_share = 0;       // of them: those of the masked that are BLEND
+  double kept_share = 0;        // of meshes that SHAFT keeps for all lights (light/kept_meshes.h)
+  uint64_t kept_triangles = 0;  // theirs, once
+  uint64_t receivers = 0;       // pixels of all views, or points
   uint64_t lights = 1;
   bool wants_penumbra_width = false;
   bool has_side_windows = false;  // some caster's box stands beside a light: each map is five (light/window.h)
@@ -29,9 +30,13 @@ MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const Rende
 
 // Primary visibility included, nothing cached.
 struct PredictedCost {
+  double scene_ms = 0;     // what stays for the next light: RAY's hierarchy, SHAFT's shapes
   double light_ms = 0;     // what stays for the next camera
   double receiver_ms = 0;  // what does not
-  double TotalMs() const { return light_ms + receiver_ms; }
+  double TotalMs() const { return scene_ms + light_ms + receiver_ms; }
+  // What methods are compared by: a scene is seldom drawn once.
+  double FrameMs() const { return scene_ms / kFramesOfAScene + light_ms + receiver_ms; }
+  static constexpr double kFramesOfAScene = 10;
 };
 // Of options that are left open: as if the most were chosen, but shaft's rows, which are those for its max_error.
 PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options);

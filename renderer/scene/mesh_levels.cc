@@ -18,7 +18,10 @@ constexpr size_t kReduction = 4;
 constexpr double kLeastGain = 0.6;
 constexpr float kMostError = 1.0f / 32;  // of the extent
 
-std::vector<MeshLevels::Level> Simplify(const FlatScene& scene, const Mesh& mesh) {
+}  // namespace
+
+std::vector<MeshLevel> BuildMeshLevels(const FlatScene& scene, const Mesh& mesh) {
+  if (mesh.TriangleCount() < kDenseTriangles || scene.CoverageOf(mesh) != MaskCoverage::kFull) return {};
   const std::span<const glm::vec3> positions(&scene.positions[mesh.first_vertex], mesh.vertex_count);
   const std::vector<uint32_t> welded = WeldPositions(positions);
   std::vector<uint32_t> indices;
@@ -29,7 +32,7 @@ std::vector<MeshLevels::Level> Simplify(const FlatScene& scene, const Mesh& mesh
     if (a != b && b != c && c != a) indices.insert(indices.end(), {a, b, c});
   }
   const float scale = meshopt_simplifyScale(&positions[0].x, positions.size(), sizeof(glm::vec3));
-  std::vector<MeshLevels::Level> levels;
+  std::vector<MeshLevel> levels;
   float error = 0;
   while (indices.size() >= 3 * kLeastTriangles * kReduction) {
     std::vector<uint32_t> fewer(indices.size());
@@ -42,20 +45,6 @@ std::vector<MeshLevels::Level> Simplify(const FlatScene& scene, const Mesh& mesh
     fewer.shrink_to_fit();
     levels.push_back({fewer, error});
     indices = std::move(fewer);
-  }
-  return levels;
-}
-
-}  // namespace
-
-MeshLevels BuildMeshLevels(const FlatScene& scene) {
-  MeshLevels levels;
-  levels.meshes.resize(scene.meshes.size());
-  for (size_t i = 0; i < scene.meshes.size(); ++i) {
-    const Mesh& mesh = scene.meshes[i];
-    if (mesh.TriangleCount() < kDenseTriangles || scene.CoverageOf(mesh) != MaskCoverage::kFull) continue;
-    levels.meshes[i] = Simplify(scene, mesh);
-    for (const MeshLevels::Level& level : levels.meshes[i]) levels.triangles += level.indices.size() / 3;
   }
   return levels;
 }

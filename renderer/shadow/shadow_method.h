@@ -14,12 +14,14 @@
 #include <vector>
 
 #include "renderer/gl/draw_context.h"
-#include "renderer/light/cpu_occluders.h"
 #include "renderer/light/light_data.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light/receivers.h"
 #include "renderer/report.h"
 #include "renderer/request.h"
+#include "renderer/scene/flat_scene.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/ray_mask.h"
 #include "renderer/scene/ray_scene.h"
 
 namespace halfshade {
@@ -37,17 +39,26 @@ struct MethodNeeds {
   uint64_t light_data_bytes = 0;  // if everything is kept
   bool ray_scene = false;         // LightInputs::ray_scene
   bool cpu_receivers = false;     // Receivers::on_cpu instead of its textures
-  bool cpu_occluders = false;     // LightInputs::cpu_occluders
-  bool mesh_levels = false;       // CpuOccluders::levels
+  bool scene_data = false;        // LightInputs::scene_data, and the scene and pose
   bool receiver_map = false;      // LightInputs::receiver_map: light data depends on what receives
+};
+
+// What a method keeps of a scene whatever its pose, its lights and its cameras. Immutable once built.
+class SceneData {
+ public:
+  virtual ~SceneData() = default;
+  virtual uint64_t SizeBytes() const = 0;
 };
 
 struct LightInputs {
   std::shared_ptr<const OccludersOnContext> occluders;  // null unless needed
   std::shared_ptr<const RayScene> ray_scene;            // null unless needed
-  std::shared_ptr<const CpuOccluders> cpu_occluders;    // null unless needed
-  const ReceiverMap* receiver_map = nullptr;            // null unless needed; lives no longer than the call
-  AreaLight light;                                      // one-sided
+  std::shared_ptr<const SceneData> scene_data;          // null unless needed
+  const FlatScene* scene = nullptr;                     // null unless scene_data is needed; the three live no longer
+  const Pose* pose = nullptr;                           // than the call
+  const ImageDecoder* decoder = nullptr;
+  const ReceiverMap* receiver_map = nullptr;  // null unless needed; lives no longer than the call
+  AreaLight light;                            // one-sided
   uint32_t seed = 0;
   // What does not fit is left out and drawn again at every resolve: the same occlusion, only later.
   uint64_t max_light_data_bytes = 0;
@@ -82,6 +93,10 @@ class ShadowMethod {
  public:
   virtual ~ShadowMethod() = default;
   virtual MethodNeeds Needs(const MethodOptions& options, const SceneFacts& facts) const = 0;
+  // For methods that need it. The pacer's error comes back.
+  virtual absl::StatusOr<std::unique_ptr<SceneData>> BuildSceneData(const DrawContext&, const FlatScene&) const {
+    return absl::InternalError("the method keeps nothing of a scene");
+  }
   virtual absl::StatusOr<std::unique_ptr<LightData>> BuildLightData(const DrawContext& draw, const LightInputs& inputs,
                                                                     const MethodOptions& options) const = 0;
   // The options that light data depends on, for its key. Unless overridden, all.

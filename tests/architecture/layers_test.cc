@@ -39,7 +39,7 @@ const std::vector<Room> kRooms = {
     {"renderer/scene_loader/decode_image", {"renderer/scene/", "renderer/renderer.h"}},  // Rgba8Image
     {"renderer/scene_loader/fence/", {"renderer/renderer.h", "renderer/scene/flat_form.h", "renderer/scene_loader/"}},
     {"renderer/plan/",
-     {"renderer/light/shared_meshes.h", "renderer/math/", "renderer/scene/flat_scene.h", "renderer/scene/pose.h"}},
+     {"renderer/light/kept_meshes.h", "renderer/math/", "renderer/scene/flat_scene.h", "renderer/scene/pose.h"}},
     {"renderer/light/", {"renderer/gl/", "renderer/image/", "renderer/math/", "renderer/scene/"}},
     // A method's room has the door, and never another method's room.
     {"renderer/shadow/",

@@ -22,13 +22,14 @@ struct TreeNode {
   uint8_t count[kWidth];   // items of a leaf; 0: a node
 };
 
-// One tree of those in a list of nodes. Of a dense mesh each level has one (PolygonLevel); of what has no levels the
-// errors are the defaults.
+// The tree of one level of a dense mesh, in a list of nodes. From a receiver at a distance d (both boxes') its items
+// count where d is `error` times some factor of the receiver's or more, and the next level's do not yet
+// (renderer/shadow/shaft/README).
 struct TreeRoot {
   uint32_t node = 0;
-  float error = 0;
-  float next_error = std::numeric_limits<float>::infinity();
-  float next_reach = 0;  // longest diagonal of the boxes of the next level's items
+  float error = 0;                                            // of the surface; 0: the mesh itself
+  float next_error = std::numeric_limits<float>::infinity();  // of the next level; infinite: there is none
+  float next_reach = 0;                                       // longest diagonal of the boxes of the next level's items
 };
 
 // Adds a tree over the boxes to the nodes, its root first, with at most `leaf_items` in a leaf, and says in which order

@@ -15,6 +15,12 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
+// As many as one vector holds, for what floats are too short for; and as many floats.
+using DoubleTag = hn::CappedTag<double, 8>;
+using FewFloatsTag = hn::Rebind<float, DoubleTag>;
+using Doubles = hn::Vec<DoubleTag>;
+constexpr size_t kDoubleLanes = hn::MaxLanes(DoubleTag());
+
 using FloatTag = hn::CappedTag<float, 16>;
 using WordTag = hn::Rebind<uint32_t, FloatTag>;
 constexpr size_t kPartLanes = hn::MaxLanes(FloatTag());
@@ -75,7 +81,9 @@ HALFSHADE_LANES(Mask, operator>, Floats, hn::Gt(a.part[i], b.part[i]))
 HALFSHADE_LANES(Mask, operator>=, Floats, hn::Ge(a.part[i], b.part[i]))
 HALFSHADE_LANES(Mask, operator<, Floats, hn::Lt(a.part[i], b.part[i]))
 HALFSHADE_LANES(Mask, operator<=, Floats, hn::Le(a.part[i], b.part[i]))
+HALFSHADE_LANES(Mask, operator==, Floats, hn::Eq(a.part[i], b.part[i]))
 HALFSHADE_LANES(Mask, operator&, Mask, hn::And(a.part[i], b.part[i]))
+HALFSHADE_LANES(Mask, operator|, Mask, hn::Or(a.part[i], b.part[i]))
 HALFSHADE_LANES(Words, operator&, Words, hn::And(a.part[i], b.part[i]))
 HALFSHADE_LANES(Words, operator|, Words, hn::Or(a.part[i], b.part[i]))
 HALFSHADE_LANES(Words, operator^, Words, hn::Xor(a.part[i], b.part[i]))

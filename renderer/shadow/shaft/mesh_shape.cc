@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/light/parallel_for.h"
+#include "renderer/status.h"
+
 namespace halfshade {
 namespace {
 
@@ -19,6 +22,19 @@ double MostStretch(const glm::dmat3& axes) {
   return unit * std::pow(power[0][0] + power[1][1] + power[2][2], 1.0 / 16);
 }
 
+// Along any axis three corners that span d are apart by squares of 1.5 d^2 or more together: so the squares of a
+// triangle's sides bound that of the box's diagonal, and those of both its halves a quad's.
+float MostDiagonal(const Face& face) {
+  const auto squares = [&](int a, int b, int c) {
+    const glm::vec3 ab = face.corners[b] - face.corners[a], bc = face.corners[c] - face.corners[b],
+                    ca = face.corners[a] - face.corners[c];
+    return glm::dot(ab, ab) + glm::dot(bc, bc) + glm::dot(ca, ca);
+  };
+  float sum = squares(0, 1, 2);
+  if (face.count == 4) sum += squares(0, 2, 3);
+  return 1.0001f * std::sqrt(sum / 1.5f);
+}
+
 void Put(const Face& face, uint32_t lane, Faces16* faces) {
   for (int k = 0; k < 4; ++k) {
     for (int axis = 0; axis < 3; ++axis) faces->corners[k][axis][lane] = face.corners[k][axis];
@@ -31,16 +47,13 @@ void Put(const Face& face, uint32_t lane, Faces16* faces) {
 void AddRoot(const std::vector<Face>& faces, float error, float next_error, MeshShape* shape) {
   if (faces.empty()) return;
   std::vector<Box3f> boxes(faces.size());
-  float longest = 0;  // across a face
+  float longest = 0;  // diagonal of a box around a face, whichever way it is turned
   for (size_t i = 0; i < faces.size(); ++i) {
-    for (int k = 0; k < faces[i].count; ++k) {
-      boxes[i].Add(faces[i].corners[k]);
-      for (int j = 0; j < k; ++j) longest = std::max(longest, glm::distance(faces[i].corners[k], faces[i].corners[j]));
-    }
+    for (int k = 0; k < faces[i].count; ++k) boxes[i].Add(faces[i].corners[k]);
+    longest = std::max(longest, MostDiagonal(faces[i]));
     shape->reach = glm::max(shape->reach, glm::max(glm::abs(boxes[i].min), glm::abs(boxes[i].max)));
   }
-  // The diagonal of a box around it, whichever way it is turned.
-  if (!shape->roots.empty()) shape->roots.back().next_reach = std::sqrt(3.0f) * longest;
+  if (!shape->roots.empty()) shape->roots.back().next_reach = longest;
   shape->roots.push_back({.node = uint32_t(shape->nodes.size()), .error = error, .next_error = next_error});
   const size_t first_node = shape->nodes.size();
   const std::vector<uint32_t> order = AddTree(boxes, 0, 16, &shape->nodes);
@@ -69,26 +82,50 @@ Face Faces16::At(uint32_t lane) const {
   return face;
 }
 
-MeshShape MakeMeshShape(const SharedMesh& mesh, const MeshLevels* levels) {
+MeshShape MakeMeshShape(const FlatScene& scene, const Mesh& mesh, const std::vector<MeshLevel>& levels) {
   MeshShape shape;
-  FaceFinder finder(mesh.positions, mesh.indices, -std::numeric_limits<float>::infinity());
-  const auto count = uint32_t(mesh.indices.size() / 3);
-  const std::vector<MeshLevels::Level> none;
-  const std::vector<MeshLevels::Level>& all = levels == nullptr ? none : levels->meshes[mesh.mesh];
+  const auto position = scene.positions.begin() + mesh.first_vertex;
+  const auto index = scene.indices.begin() + mesh.first_index;
+  const std::vector<glm::vec3> positions(position, position + mesh.vertex_count);
+  const std::vector<uint32_t> indices(index, index + mesh.index_count);
+  FaceFinder finder(positions, indices, -std::numeric_limits<float>::infinity());
   const auto error_of = [&](size_t level) {
-    return level < all.size() ? all[level].error : std::numeric_limits<float>::infinity();
+    return level < levels.size() ? levels[level].error : std::numeric_limits<float>::infinity();
   };
-  AddRoot(finder.Find(0, count, count), 0, error_of(0), &shape);
-  for (size_t i = 0; i < all.size(); ++i) {
-    AddRoot(finder.FindOfLevel(all[i].indices, 0), error_of(i), error_of(i + 1), &shape);
+  // Leaves are more than half full; pages that are not needed are never touched.
+  size_t triangles = mesh.TriangleCount();
+  for (const MeshLevel& level : levels) triangles += level.indices.size() / 3;
+  shape.faces.reserve(triangles / 8 + 1);
+  AddRoot(finder.Find(0, mesh.TriangleCount(), mesh.TriangleCount()), 0, error_of(0), &shape);
+  for (size_t i = 0; i < levels.size(); ++i) {
+    AddRoot(finder.FindOfLevel(levels[i].indices, 0), error_of(i), error_of(i + 1), &shape);
   }
-  shape.faces.shrink_to_fit();
-  shape.nodes.shrink_to_fit();
   return shape;
 }
 
-ShapeInstance MakeShapeInstance(const MeshShape& shape, uint32_t shape_index, const SharedMesh::Place& place,
-                                const ShaftSpace& space) {
+uint64_t MeshShapes::SizeBytes() const {
+  uint64_t bytes = kept_meshes.size() * sizeof(uint32_t) + shapes.size() * sizeof(MeshShape);
+  for (const MeshShape& shape : shapes) bytes += shape.SizeBytes();
+  return bytes;
+}
+
+absl::StatusOr<MeshShapes> BuildMeshShapes(const FlatScene& scene, const std::function<absl::Status()>& stop) {
+  MeshShapes built;
+  built.kept_meshes = FindKeptMeshes(scene);
+  built.shapes.resize(scene.meshes.size());
+  std::vector<uint32_t> firsts;
+  for (uint32_t i = 0; i < scene.meshes.size(); ++i) {
+    if (built.kept_meshes[i] == i) firsts.push_back(i);
+  }
+  const auto build = [&](int i) {
+    const Mesh& mesh = scene.meshes[firsts[size_t(i)]];
+    built.shapes[firsts[size_t(i)]] = MakeMeshShape(scene, mesh, BuildMeshLevels(scene, mesh));
+  };
+  RETURN_IF_ERROR(ParallelFor(int(firsts.size()), 1, build, stop));
+  return built;
+}
+
+ShapeInstance MakeShapeInstance(const MeshShape& shape, const KeptPlace& place, float z_near, const ShaftSpace& space) {
   ShapeInstance instance;
   instance.light_from_mesh = place.light_from_mesh;
   const glm::dmat3 axes(place.light_from_mesh);
@@ -105,16 +142,24 @@ ShapeInstance MakeShapeInstance(const MeshShape& shape, uint32_t shape_index, co
   }
   instance.scale = float(place.scale);
   instance.stretch = float(MostStretch(axes));
-  instance.shape = shape_index;
+  instance.shape = &shape;
+  instance.z_near = z_near;
+  instance.is_cut = place.box_ls.min.z < z_near;
   instance.is_mirrored = glm::determinant(axes) < 0;
   return instance;
 }
 
-bool MakePolygon(const ShapeInstance& instance, const Face& face, const ShaftSpace& space, Polygon* polygon) {
+PolygonParts MakePolygons(const ShapeInstance& instance, const Face& face, const ShaftSpace& space) {
   Face placed = face;
   for (int k = 0; k < face.count; ++k) placed.corners[k] = PointInLight(instance.light_from_mesh, face.corners[k]);
+  if (instance.is_cut) {
+    placed.closed = 0;
+    return MakePolygons(placed, instance.z_near, space);
+  }
   if (instance.is_mirrored && face.closed != 0) placed.closed = uint8_t(3 - face.closed);
-  return MakePolygon(placed, space, polygon);
+  PolygonParts parts;
+  parts.count = int(MakePolygon(placed, space, &parts.polygons[0]));
+  return parts;
 }
 
 }  // namespace halfshade

@@ -1,14 +1,18 @@
-// A mesh that hides a light from many places: its faces once, in its own frame, and how each place takes them into
-// shaft space. Polygons of an instance are made where a shaft meets them, and are to the bit those of a copy.
+// Meshes that are kept for all lights: their faces once, in their own frame, and how each place takes them into shaft
+// space. Polygons of an instance are made where a shaft meets them, and are to the bit those of a copy.
 //
-// No light and no camera enters the shape. Pure; no GL.
+// No light and no camera enters a shape. Pure; no GL.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "renderer/light/shared_meshes.h"
+#include "renderer/light/kept_meshes.h"
+#include "renderer/scene/flat_scene.h"
 #include "renderer/scene/mesh_levels.h"
 #include "renderer/shadow/shaft/box_tree.h"
 #include "renderer/shadow/shaft/polygons.h"
@@ -39,18 +43,29 @@ struct ShapeInstance {
   float axes[3][3], origin[3], slack[3];  // axes[column][row]
   float scale = 1;                        // metres that a level's error of 1 is off by
   float stretch = 1;                      // metres that a length of 1 has at most
-  uint32_t shape = 0;
+  const MeshShape* shape = nullptr;
+  float z_near = 0;  // what is nearer to the light's plane is cut off
   bool is_mirrored = false;
+  bool is_cut = false;  // some of it is, and its surfaces are no closed ones: the light may stand inside
 };
 
-// `levels`: null, or of all meshes.
-MeshShape MakeMeshShape(const SharedMesh& mesh, const MeshLevels* levels);
+// `levels`: of this mesh; none: it has none.
+MeshShape MakeMeshShape(const FlatScene& scene, const Mesh& mesh, const std::vector<MeshLevel>& levels);
 
-// `shape_index`: of the shape, in a list of them.
-ShapeInstance MakeShapeInstance(const MeshShape& shape, uint32_t shape_index, const SharedMesh::Place& place,
-                                const ShaftSpace& space);
+// Of a scene.
+struct MeshShapes {
+  std::vector<uint32_t> kept_meshes;  // FindKeptMeshes
+  std::vector<MeshShape> shapes;      // [mesh], of those that are kept
+  uint64_t SizeBytes() const;
+};
 
-// False where a face of the shape has no area there.
-bool MakePolygon(const ShapeInstance& instance, const Face& face, const ShaftSpace& space, Polygon* polygon);
+// On all threads. The error of `stop` comes back.
+absl::StatusOr<MeshShapes> BuildMeshShapes(const FlatScene& scene, const std::function<absl::Status()>& stop);
+
+// The shape lives as long as the instance.
+ShapeInstance MakeShapeInstance(const MeshShape& shape, const KeptPlace& place, float z_near, const ShaftSpace& space);
+
+// Of a face of the shape. None where it has no area there.
+PolygonParts MakePolygons(const ShapeInstance& instance, const Face& face, const ShaftSpace& space);
 
 }  // namespace halfshade

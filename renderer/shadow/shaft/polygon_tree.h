@@ -19,20 +19,17 @@ struct alignas(64) Polygons16 {
 };
 
 struct PolygonTree {
-  std::vector<TreeRoot> roots;  // over polygons, errors and reaches in metres; none where there is none
   std::vector<TreeNode> nodes;
   std::vector<Polygon> polygons;
   std::vector<MaskedTriangle> masked;
   ShaftSpace space;
-  std::vector<MeshShape> shapes;
   std::vector<ShapeInstance> instances;
-  uint32_t instance_root = 0;  // over instances, where there are any
+  uint32_t polygon_root = 0, instance_root = 0;  // where there are any
   uint64_t SizeBytes() const;
 };
 
-PolygonTree BuildPolygonTree(ShaftPolygons polygons);
-
-// With what is shared.
-PolygonTree BuildPolygonTree(const CpuOccluders& occluders, const AreaLight& light);
+// `shapes`: [mesh], of those that the occluders' places name; they are not copied.
+PolygonTree BuildPolygonTree(const CpuOccluders& occluders, const std::vector<MeshShape>& shapes,
+                             const AreaLight& light);
 
 }  // namespace halfshade

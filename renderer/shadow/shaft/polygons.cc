@@ -34,8 +34,7 @@ Corners Clip(const Face& face, float z_near) {
 class Builder {
  public:
   Builder(const CpuOccluders& cpu_occluders, const AreaLight& light)
-      : cpu_occluders_(cpu_occluders),
-        occluders_(cpu_occluders.triangles),
+      : occluders_(cpu_occluders.triangles),
         z_near_(float(occluders_.hull.z_near())),
         faces_(occluders_.positions, occluders_.indices, z_near_) {
     result_.space = MakeShaftSpace(cpu_occluders, light);
@@ -46,37 +45,12 @@ class Builder {
     const uint32_t first_masked =
         occluders_.masked.empty() ? count : occluders_.masked.front().first_index / 3;  // they stand last
     result_.polygons.reserve(count);
-    for (const OccluderRun& run : occluders_.runs) {
-      const std::vector<MeshLevels::Level>* levels =
-          cpu_occluders_.levels == nullptr ? nullptr : &cpu_occluders_.levels->meshes[run.mesh];
-      const uint32_t first = run.first_index / 3, last = first + run.index_count / 3;
-      const std::vector<Face> faces = faces_.Find(first, last, first_masked);
-      if (levels == nullptr || levels->empty()) {
-        Add(faces, &result_.polygons);
-        continue;
-      }
-      PolygonLevel finest;
-      finest.next_error_m = float(levels->front().error * run.scale);
-      Add(faces, &finest.polygons);
-      result_.levels.push_back(std::move(finest));
-      for (size_t i = 0; i < levels->size(); ++i) {
-        PolygonLevel level;
-        level.error_m = float((*levels)[i].error * run.scale);
-        if (i + 1 < levels->size()) level.next_error_m = float((*levels)[i + 1].error * run.scale);
-        Add(faces_.FindOfLevel((*levels)[i].indices, run.first_vertex), &level.polygons);
-        result_.levels.push_back(std::move(level));
-      }
-    }
+    for (const Face& face : faces_.Find(0, first_masked, first_masked)) Add(face, -1);
     for (uint32_t run = 0; run < occluders_.masked.size(); ++run) AddMasked(run);
     return std::move(result_);
   }
 
  private:
-  void Add(const std::vector<Face>& faces, std::vector<Polygon>* polygons) {
-    polygons->reserve(polygons->size() + faces.size());
-    for (const Face& face : faces) Add(face, -1, polygons);
-  }
-
   void AddMasked(uint32_t run) {
     const MaskedOccluders& masked = occluders_.masked[run];
     for (uint32_t i = masked.first_index; i < masked.first_index + masked.index_count; i += 3) {
@@ -92,25 +66,18 @@ class Builder {
         if (!occluders_.blend_places.empty()) triangle.blend_places[k] = occluders_.blend_places[masked_vertex];
       }
       result_.masked.push_back(triangle);
-      Add(face, int32_t(result_.masked.size()) - 1, &result_.polygons);
+      Add(face, int32_t(result_.masked.size()) - 1);
     }
   }
 
-  // A face in the light's frame, in parts where the light's plane cuts it.
-  void Add(const Face& face, int32_t masked, std::vector<Polygon>* polygons) {
-    const Corners kept = Clip(face, z_near_);
-    for (size_t first = 1; first + 1 < kept.count; first += 2) {
-      const size_t last = std::min(first + 2, kept.count - 1);
-      const Face part = {
-          {kept.p[0], kept.p[first], kept.p[first + 1], kept.p[last]}, uint8_t(last == first + 1 ? 3 : 4), face.closed};
-      Polygon polygon;
-      if (!MakePolygon(part, result_.space, &polygon)) continue;
-      polygon.masked = masked;
-      polygons->push_back(polygon);
+  void Add(const Face& face, int32_t masked) {
+    const PolygonParts parts = MakePolygons(face, z_near_, result_.space);
+    for (int i = 0; i < parts.count; ++i) {
+      result_.polygons.push_back(parts.polygons[i]);
+      result_.polygons.back().masked = masked;
     }
   }
 
-  const CpuOccluders& cpu_occluders_;
   const LightSpaceOccluders& occluders_;
   const float z_near_;
   FaceFinder faces_;
@@ -126,11 +93,9 @@ ShaftSpace MakeShaftSpace(const CpuOccluders& occluders, const AreaLight& light)
     largest = std::max({largest, p.x, p.y, p.z});
   };
   for (const uint32_t i : occluders.triangles.indices) add(occluders.triangles.positions[i]);
-  for (const SharedMesh& mesh : occluders.shared) {
-    for (const SharedMesh::Place& place : mesh.places) {
-      add(place.box_ls.min);
-      add(place.box_ls.max);
-    }
+  for (const KeptPlace& place : occluders.places) {
+    add(place.box_ls.min);
+    add(place.box_ls.max);
   }
   const double least_edge = largest > 0 ? std::ldexp(1.0, std::ilogb(largest) - 20) : 1;
   const double width = std::max(light.width_m, least_edge), height = std::max(light.height_m, least_edge);
@@ -175,6 +140,18 @@ bool MakePolygon(const Face& face, const ShaftSpace& space, Polygon* polygon) {
   }
   polygon->reversed = uint8_t(reversed);
   return true;
+}
+
+PolygonParts MakePolygons(const Face& face, float z_near, const ShaftSpace& space) {
+  PolygonParts parts;
+  const Corners kept = Clip(face, z_near);
+  for (size_t first = 1; first + 1 < kept.count; first += 2) {
+    const size_t last = std::min(first + 2, kept.count - 1);
+    const Face part = {
+        {kept.p[0], kept.p[first], kept.p[first + 1], kept.p[last]}, uint8_t(last == first + 1 ? 3 : 4), face.closed};
+    if (MakePolygon(part, space, &parts.polygons[parts.count])) ++parts.count;
+  }
+  return parts;
 }
 
 ShaftPolygons BuildShaftPolygons(const CpuOccluders& occluders, const AreaLight& light) {

@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <limits>
 #include <vector>
 
 #include "renderer/light/cpu_occluders.h"
@@ -44,19 +43,9 @@ struct MaskedTriangle {
   uint32_t mask = 0;           // the run of LightSpaceOccluders::masked
 };
 
-// One level of a dense mesh. From a receiver at a distance d (metres, both boxes') its polygons count where d is
-// `error_m` times some factor of the receiver's or more, and the next level's do not yet
-// (renderer/shadow/shaft/README).
-struct PolygonLevel {
-  std::vector<Polygon> polygons;
-  float error_m = 0;                                            // of the surface; 0: the mesh itself
-  float next_error_m = std::numeric_limits<float>::infinity();  // of the next level; infinite: there is none
-};
-
 struct ShaftPolygons {
   ShaftSpace space;
-  std::vector<Polygon> polygons;     // of what has no levels
-  std::vector<PolygonLevel> levels;  // finest first, mesh after mesh
+  std::vector<Polygon> polygons;
   std::vector<MaskedTriangle> masked;
 };
 
@@ -65,7 +54,14 @@ ShaftSpace MakeShaftSpace(const CpuOccluders& occluders, const AreaLight& light)
 // Of a face in the light's frame, turned where its surface is known to be; false: it has no area.
 bool MakePolygon(const Face& face, const ShaftSpace& space, Polygon* polygon);
 
-// Of what is not shared. Faces are clipped at occluders.triangles.hull.z_near() where they cross the light's plane.
+// A face in the light's frame as at most two polygons: what of it is nearer than z_near is cut off.
+struct PolygonParts {
+  Polygon polygons[2];
+  int count = 0;
+};
+PolygonParts MakePolygons(const Face& face, float z_near, const ShaftSpace& space);
+
+// Of what is not kept, cut at occluders.triangles.hull.z_near().
 ShaftPolygons BuildShaftPolygons(const CpuOccluders& occluders, const AreaLight& light);
 
 }  // namespace halfshade

@@ -18,29 +18,6 @@ HWY_BEFORE_NAMESPACE();
 namespace halfshade {
 namespace HWY_NAMESPACE {
 
-// Where a level of a dense mesh is drawn: boxes whose distance from the receivers' box is in [near, far).
-struct Range {
-  float low[3], high[3];  // of the receivers' box, shaft space
-  float metres[3];        // of its axes
-  float near_m = 0, far_m = 0;
-};
-
-// Squared distance between the receivers' box and each of sixteen, and (squared) of their furthest points from it.
-HWY_INLINE void MeasureDistances(const Boxes16& boxes, const Range& range, Floats* nearest, Floats* furthest) {
-  *nearest = *furthest = Set(0);
-  for (int axis = 0; axis < 3; ++axis) {
-    const Floats below = Set(range.low[axis]) - Load(boxes.low[axis]);
-    const Floats above = Load(boxes.high[axis]) - Set(range.high[axis]);
-    const Floats metres = Set(range.metres[axis]);
-    const Floats far = Max(Max(below, above), Set(0)) * metres;
-    const Floats gap =
-        Max(Max(Set(range.low[axis]) - Load(boxes.high[axis]), Load(boxes.low[axis]) - Set(range.high[axis])), Set(0)) *
-        metres;
-    *nearest = *nearest + gap * gap;
-    *furthest = *furthest + far * far;
-  }
-}
-
 inline float DistanceOf(const Polygon& polygon, const Range& range) {
   const float* const corners[3] = {polygon.x, polygon.y, polygon.z};
   float sum = 0;
@@ -67,7 +44,6 @@ struct Question {
 template <typename Visit>
 HWY_INLINE void WalkTree(const std::vector<TreeNode>& nodes, uint32_t root, const ShapeInstance* instance,
                          const Range& range, const Question& question, const Visit& visit) {
-  const bool has_range = range.near_m > 0 || range.far_m < hwy::HighestValue<float>();
   std::vector<uint32_t>& stack = *question.stack;
   stack.assign(1, root);
   Boxes16 placed;
@@ -77,11 +53,7 @@ HWY_INLINE void WalkTree(const std::vector<TreeNode>& nodes, uint32_t root, cons
     if (instance != nullptr) PlaceBoxes(node.boxes, *instance, &placed);
     const Boxes16& boxes = instance != nullptr ? placed : node.boxes;
     uint32_t inside = BoxesInside(boxes, question.shaft);
-    if (has_range && inside != 0) {
-      Floats nearest, furthest;
-      MeasureDistances(boxes, range, &nearest, &furthest);
-      inside &= Bits((nearest < Set(range.far_m * range.far_m)) & (furthest >= Set(range.near_m * range.near_m)));
-    }
+    if (inside != 0 && range.IsBounded()) inside &= BoxesWithin(boxes, range);
     for (; inside != 0; inside &= inside - 1) {
       const size_t i = hwy::Num0BitsBelowLS1Bit_Nonzero32(inside);
       if (node.count[i] == 0) {
@@ -134,29 +106,40 @@ HWY_INLINE void FindPolygons(const PolygonTree& tree, const Shaft& shaft, const 
   // the slant r / z under which the light is seen: as a fraction of its smaller edge e / d times this.
   const float magnification = farthest / (bounds.low[2] * range.metres[2] * HWY_MIN(range.metres[0], range.metres[1]));
   const Question question = {shaft, bounds, magnification / level_error, &scratch->stack};
-  ForLevels(tree.roots, 1, 1, question, range, [&](const TreeRoot& root, const Range& here) {
-    WalkTree(tree.nodes, root.node, nullptr, here, question, [&](uint32_t first, uint32_t count) {
-      for (uint32_t item = first; item < first + count; ++item) {
-        if (MayHide(tree.polygons[item], here, question)) scratch->tile.push_back(tree.polygons[item]);
-      }
+  const auto add = [&](const Polygon& polygon, const Range& here) {
+    if (MayHide(polygon, here, question)) scratch->tile.push_back(polygon);
+  };
+  if (!tree.polygons.empty()) {
+    WalkTree(tree.nodes, tree.polygon_root, nullptr, range, question, [&](uint32_t first, uint32_t count) {
+      for (uint32_t item = first; item < first + count; ++item) add(tree.polygons[item], range);
     });
-  });
+  }
   if (tree.instances.empty()) return;
   scratch->instances.clear();
+  PlacedPolygons placed;
   WalkTree(tree.nodes, tree.instance_root, nullptr, range, question, [&](uint32_t first, uint32_t count) {
     for (uint32_t item = first; item < first + count; ++item) scratch->instances.push_back(item);
   });
   for (const uint32_t index : scratch->instances) {
     const ShapeInstance& instance = tree.instances[index];
-    const MeshShape& shape = tree.shapes[instance.shape];
+    const MeshShape& shape = *instance.shape;
     const auto draw = [&](const TreeRoot& root, const Range& here) {
       WalkTree(shape.nodes, root.node, &instance, here, question, [&](uint32_t first, uint32_t) {
         const Faces16& faces = shape.faces[first / 16];
-        for (uint32_t inside = FacesInside(faces, instance, shaft, bounds); inside != 0; inside &= inside - 1) {
+        uint32_t inside = FacesInside(faces, instance, shaft, bounds, here);
+        if (inside == 0) return;
+        if (!instance.is_cut) {
+          PlacePolygons(faces, instance, tree.space, &placed);
+          inside &= ~placed.flat;
+        }
+        for (; inside != 0; inside &= inside - 1) {
           const auto lane = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(inside));
-          Polygon polygon;
-          if (!MakePolygon(instance, faces.At(lane), tree.space, &polygon)) continue;
-          if (MayHide(polygon, here, question)) scratch->tile.push_back(polygon);
+          if (!instance.is_cut) {
+            add(placed.At(lane), here);
+            continue;
+          }
+          const PolygonParts parts = MakePolygons(instance, faces.At(lane), tree.space);
+          for (int part = 0; part < parts.count; ++part) add(parts.polygons[part], here);
         }
       });
     };

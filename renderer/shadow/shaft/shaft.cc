@@ -6,6 +6,7 @@
 #include <functional>
 #include <utility>
 
+#include "renderer/light/cpu_occluders.h"
 #include "renderer/light/parallel_for.h"
 #include "renderer/shadow/shaft/resolve_tile.h"
 #include "renderer/shadow/shaft/sparse.h"
@@ -20,7 +21,14 @@ constexpr float kErrorOfDisagreement = 0.25f;
 // Where samples are coin tosses, by 2^.5 times as much: half of the difference.
 constexpr float kErrorOfCoins = 0.5f;
 
+struct ShaftSceneData : SceneData {
+  explicit ShaftSceneData(MeshShapes shapes_built) : shapes(std::move(shapes_built)) {}
+  MeshShapes shapes;
+  uint64_t SizeBytes() const override { return shapes.SizeBytes(); }
+};
+
 struct ShaftLightData : LightData {
+  std::shared_ptr<const SceneData> scene_data;  // whose shapes stand in the tree
   PolygonTree tree;
   std::vector<RayMask> masks;
   AreaLight light;
@@ -203,12 +211,21 @@ class Resolve {
 }  // namespace
 
 MethodNeeds ShaftMethod::Needs(const MethodOptions&, const SceneFacts&) const {
-  return {.cpu_receivers = true, .cpu_occluders = true, .mesh_levels = true};
+  return {.cpu_receivers = true, .scene_data = true};
+}
+
+absl::StatusOr<std::unique_ptr<SceneData>> ShaftMethod::BuildSceneData(const DrawContext& draw,
+                                                                       const FlatScene& scene) const {
+  ASSIGN_OR_RETURN(MeshShapes shapes, BuildMeshShapes(scene, [&draw] { return draw.pacer->Finish(); }));
+  return std::make_unique<ShaftSceneData>(std::move(shapes));
 }
 
 absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const DrawContext&, const LightInputs& inputs,
                                                                        const MethodOptions&) const {
-  const uint64_t copied = inputs.cpu_occluders->triangles.indices.size() / 3;
+  const MeshShapes& shapes = static_cast<const ShaftSceneData&>(*inputs.scene_data).shapes;
+  ASSIGN_OR_RETURN(CpuOccluders occluders,
+                   BuildCpuOccluders(*inputs.scene, *inputs.pose, shapes.kept_meshes, inputs.light, *inputs.decoder));
+  const uint64_t copied = occluders.triangles.indices.size() / 3;
   const auto check_room = [&](uint64_t bytes) {
     if (bytes <= inputs.light_cache_bytes) return absl::OkStatus();
     return absl::ResourceExhaustedError("shaft: " + std::to_string(copied) + " triangles of their own take " +
@@ -219,8 +236,9 @@ absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const Dra
   // Before any is made: two triangles are one polygon at best.
   RETURN_IF_ERROR(check_room(copied / 2 * sizeof(Polygon)));
   auto data = std::make_unique<ShaftLightData>();
-  data->tree = BuildPolygonTree(*inputs.cpu_occluders, inputs.light);
-  data->masks = inputs.cpu_occluders->masks;
+  data->scene_data = inputs.scene_data;
+  data->tree = BuildPolygonTree(occluders, shapes.shapes, inputs.light);
+  data->masks = std::move(occluders.masks);
   data->light = inputs.light;
   data->seed = inputs.seed;
   RETURN_IF_ERROR(check_room(data->SizeBytes()));

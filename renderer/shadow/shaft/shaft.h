@@ -9,7 +9,10 @@ namespace halfshade {
 class ShaftMethod : public ShadowMethod {
  public:
   MethodNeeds Needs(const MethodOptions& options, const SceneFacts& facts) const override;
-  // Reads LightInputs::cpu_occluders. RESOURCE_EXHAUSTED, with the figures, over LightInputs::light_cache_bytes.
+  // The shapes of dense meshes and of those with many places, their levels included.
+  absl::StatusOr<std::unique_ptr<SceneData>> BuildSceneData(const DrawContext& draw,
+                                                            const FlatScene& scene) const override;
+  // Reads LightInputs::scene_data. RESOURCE_EXHAUSTED, with the figures, over LightInputs::light_cache_bytes.
   absl::StatusOr<std::unique_ptr<LightData>> BuildLightData(const DrawContext& draw, const LightInputs& inputs,
                                                             const MethodOptions& options) const override;
   // Reads Receivers::on_cpu; sums in memory; counts polygons drawn, of blocks of sixteen receivers.

@@ -37,8 +37,8 @@ TEST(ChooseMethodTest, ErrorsMeetTheBudgetAndCostFallsAsItGrows) {
     const auto choice = ChooseMethod(Facts(70'000), {.max_error = max_error});
     ASSERT_OK(choice);
     EXPECT_LE(choice->error, max_error);
-    EXPECT_LE(choice->cpu_ms, cost) << max_error;
-    cost = choice->cpu_ms;
+    EXPECT_LE(choice->frame_ms, cost) << max_error;
+    cost = choice->frame_ms;
   }
 }
 
@@ -48,12 +48,24 @@ TEST(ChooseMethodTest, RaysTakeLeavesWithMasksAtCoarseErrorsAndWhatRowsDoNotReac
     EXPECT_OK(choice);
     return choice.ok() && std::holds_alternative<RayOptions>(choice->options);
   };
-  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.02));
+  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.03));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.01));
   EXPECT_FALSE(is_ray(Facts(27'000, 0.9), 0.002));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.002));
   EXPECT_TRUE(is_ray(Facts(6000), 0.0003)) << "64 rows are off by .0005";
   EXPECT_FALSE(is_ray(Facts(6000), 0.0006));
+}
+
+// What the first picture of a dense mesh pays for its shape is more than rays take; what the next ones pay is less.
+TEST(ChooseMethodTest, WhatStaysOfASceneIsWeighedAsOfTenFrames) {
+  MethodFacts facts = Facts(230'000);
+  facts.kept_share = 1;
+  facts.kept_triangles = facts.casting_triangles;
+  const std::vector<MethodChoice> candidates = MethodCandidates(facts, 0.02);
+  ASSERT_GE(candidates.size(), 2u);
+  EXPECT_TRUE(std::holds_alternative<ShaftOptions>(candidates[0].options));
+  EXPECT_LT(candidates[0].frame_ms, candidates[1].frame_ms);
+  EXPECT_GT(candidates[0].cpu_ms, candidates[1].cpu_ms);
 }
 
 TEST(ChooseMethodTest, WhatCannotBeMetNamesTheBest) {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/light/shared_meshes.h"
+#include "renderer/light/kept_meshes.h"
 #include "renderer/scene/pose.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/render_fixture.h"
@@ -14,31 +14,42 @@ MethodFacts Facts(uint64_t triangles, uint64_t receivers = 640 * 360) {
   return {.casting_triangles = triangles, .receivers = receivers};
 }
 
-TEST(CostModelTest, WhatShaftKeepsOnceCostsNoLightDataAndMoreForEachReceiver) {
-  const MethodFacts copied = Facts(2'000'000);
-  MethodFacts shared = copied;
-  shared.shared_share = 0.75;
-  const PredictedCost of_copied = PredictCost(copied, ShaftOptions{}), of_shared = PredictCost(shared, ShaftOptions{});
-  EXPECT_DOUBLE_EQ(of_shared.light_ms, of_copied.light_ms / 4);
-  EXPECT_GT(of_shared.receiver_ms, of_copied.receiver_ms);
-  EXPECT_LT(of_shared.receiver_ms, 1.45 * of_copied.receiver_ms);
-  EXPECT_EQ(PredictCost(shared, RayOptions{}).TotalMs(), PredictCost(copied, RayOptions{}).TotalMs());
+TEST(CostModelTest, WhatShaftKeepsCostsOnceWhateverTheLights) {
+  MethodFacts copied = Facts(2'000'000);
+  copied.lights = 10;
+  MethodFacts kept = copied;
+  kept.kept_share = 0.75;
+  const PredictedCost of_copied = PredictCost(copied, ShaftOptions{}), of_placed = PredictCost(kept, ShaftOptions{});
+  EXPECT_DOUBLE_EQ(of_placed.light_ms, of_copied.light_ms / 4);
+  EXPECT_EQ(of_placed.receiver_ms, of_copied.receiver_ms);
+  kept.kept_triangles = 1'500'000;  // at one place
+  const PredictedCost of_kept = PredictCost(kept, ShaftOptions{});
+  EXPECT_EQ(of_kept.light_ms, of_placed.light_ms);
+  EXPECT_GT(of_kept.scene_ms, 0);
+  EXPECT_LT(of_kept.TotalMs(), of_copied.TotalMs());
+  EXPECT_LT(of_kept.FrameMs(), of_kept.TotalMs());
+  kept.lights = 20;
+  EXPECT_EQ(PredictCost(kept, ShaftOptions{}).scene_ms, of_kept.scene_ms);
+  kept.lights = 10;
+  EXPECT_EQ(PredictCost(kept, RayOptions{}).TotalMs(), PredictCost(copied, RayOptions{}).TotalMs());
 }
 
-TEST(CostModelTest, ASceneSaysWhatShaftKeepsOnce) {
-  FlatScene scene = MakeFlatScene({MakeSphere({0, 0, 0}, 0.1, 40), MakePlate({0, 0, 0}, 8, 8)});
+TEST(CostModelTest, ASceneSaysWhatShaftKeeps) {
+  FlatScene scene = MakeFlatScene({MakeSphere({0, 0, 0}, 0.1, 20), MakePlate({0, 0, 0}, 8, 8)});
   const Node node = scene.nodes[0];
   const uint64_t triangles = scene.meshes[0].TriangleCount();
-  const uint64_t least = (kLeastSavedTriangles + triangles - 1) / triangles + 1;
-  const auto share_at = [&](uint64_t places) {
+  const uint64_t least = (kLeastTrianglesOfAll + triangles - 1) / triangles;
+  const auto facts_at = [&](uint64_t places) {
     while (scene.nodes.size() < places + 1) {  // and the plate
       scene.scenes[0].roots.push_back(uint32_t(scene.nodes.size()));
       scene.nodes.push_back(node);
     }
-    return FactsForMethod(scene, *BuildPose(scene, 0), RenderRequest(), 1000).shared_share;
+    return FactsForMethod(scene, *BuildPose(scene, 0), RenderRequest(), 1000);
   };
-  EXPECT_EQ(share_at(least - 1), 0);
-  EXPECT_DOUBLE_EQ(share_at(least), double(least * triangles) / double(least * triangles + 2));
+  EXPECT_EQ(facts_at(least - 1).kept_share, 0);
+  EXPECT_EQ(facts_at(least - 1).kept_triangles, 0u);
+  EXPECT_DOUBLE_EQ(facts_at(least).kept_share, double(least * triangles) / double(least * triangles + 2));
+  EXPECT_EQ(facts_at(least).kept_triangles, triangles);
 }
 
 // What `halfshade bench --suite quick` measured at 640 x 360: the geometric mean of its two scenes in README.md's

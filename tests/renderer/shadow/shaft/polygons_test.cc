@@ -13,10 +13,20 @@
 namespace halfshade {
 namespace {
 
+// All of it copied.
+CpuOccluders Copies(const std::vector<GlbMesh>& meshes, const AreaLight& light) {
+  const FlatScene scene = MakeFlatScene(meshes);
+  return {BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, {}};
+}
+
 // Seen from a light at height 3 that shines down.
 ShaftPolygons Build(const std::vector<GlbMesh>& meshes, const AreaLight& light = LightAbove(3, 0.5)) {
-  const FlatScene scene = MakeFlatScene(meshes);
-  return BuildShaftPolygons({BuildLightSpaceOccluders(scene, *BuildPose(scene, 0), light), {}, nullptr, {}}, light);
+  return BuildShaftPolygons(Copies(meshes, light), light);
+}
+
+PolygonTree BuildTree(const std::vector<GlbMesh>& meshes) {
+  const AreaLight light = LightAbove(3, 0.5);
+  return BuildPolygonTree(Copies(meshes, light), {}, light);
 }
 
 TEST(ShaftPolygonsTest, TheFacesOfABoxAreSixQuadsOfAClosedSurface) {
@@ -91,7 +101,7 @@ TEST(ShaftPolygonsTest, WhatCrossesTheLightsPlaneIsCutThereAndOpen) {
 }
 
 TEST(PolygonTreeTest, EveryPolygonIsInOneLeafAndWithinItsBoxes) {
-  const PolygonTree tree = BuildPolygonTree(Build({MakeSphere({0, 1, 0}, 0.5, 40)}));
+  const PolygonTree tree = BuildTree({MakeSphere({0, 1, 0}, 0.5, 40)});
   ASSERT_GT(tree.polygons.size(), 1000u);
   std::vector<int> seen(tree.polygons.size(), 0);
   size_t nodes = 1;
@@ -114,7 +124,7 @@ TEST(PolygonTreeTest, EveryPolygonIsInOneLeafAndWithinItsBoxes) {
 }
 
 TEST(PolygonTreeTest, NothingIsAnEmptyTree) {
-  const PolygonTree tree = BuildPolygonTree(Build({MakePlate({0, 5, 0}, 1, 1)}));  // behind the light
+  const PolygonTree tree = BuildTree({MakePlate({0, 5, 0}, 1, 1)});  // behind the light
   EXPECT_TRUE(tree.nodes.empty());
   EXPECT_EQ(tree.SizeBytes(), 0u);
 }

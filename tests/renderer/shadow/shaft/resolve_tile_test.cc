@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <memory>
 #include <random>
 #include <string>
-#include <utility>
 
 #include "renderer/light/cpu_occluders.h"
 #include "renderer/light/trace_light.h"
@@ -33,10 +31,13 @@ absl::StatusOr<Rgba8Image> DecodeHoles(const EncodedImage&) {
 
 // Seen from a light at height 3 that shines down.
 Resolved ResolvePoints(const FlatScene& scene, const AreaLight& light, const CpuReceivers& receivers, int rows,
-                       uint32_t seed = 0, std::shared_ptr<const MeshLevels> levels = nullptr) {
-  CpuOccluders occluders = *BuildCpuOccluders(scene, *BuildPose(scene, 0), light, &DecodeHoles);
-  occluders.levels = std::move(levels);
-  const PolygonTree tree = BuildPolygonTree(occluders, light);
+                       uint32_t seed = 0, const MeshShapes* kept = nullptr) {
+  MeshShapes none;
+  none.kept_meshes.resize(scene.meshes.size(), kNotKept);
+  const MeshShapes& shapes = kept != nullptr ? *kept : none;
+  const CpuOccluders occluders =
+      *BuildCpuOccluders(scene, *BuildPose(scene, 0), shapes.kept_meshes, light, &DecodeHoles);
+  const PolygonTree tree = BuildPolygonTree(occluders, shapes.shapes, light);
   return ResolveTree(tree, occluders.masks, light, receivers, rows, seed);
 }
 
@@ -210,14 +211,14 @@ FlatScene DenseBall() {
 // A ball of 100 k triangles: its levels take a good part of the polygons away and show by less than the samples miss.
 TEST(ResolveTileTest, LevelsOfADenseMeshSavePolygonsAndShowLessThanTheSamplesMiss) {
   const FlatScene scene = DenseBall();
-  const auto levels = std::make_shared<const MeshLevels>(BuildMeshLevels(scene));
-  ASSERT_FALSE(levels->meshes[0].empty());
+  const MeshShapes shapes = *BuildMeshShapes(scene, [] { return absl::OkStatus(); });
+  ASSERT_GT(shapes.shapes[0].roots.size(), 1u);
   const CpuReceivers receivers = GroundAndBall();
   const AreaLight light = LightAbove(3, 0.6);
   const Resolved truth = ResolvePoints(scene, light, receivers, 64, 9);
   for (const int rows : {8, 16, 64}) {
     const Resolved whole = ResolvePoints(scene, light, receivers, rows);
-    const Resolved simple = ResolvePoints(scene, light, receivers, rows, 0, levels);
+    const Resolved simple = ResolvePoints(scene, light, receivers, rows, 0, &shapes);
     double error = 0, simple_error = 0, largest = 0;
     for (size_t i = 0; i < truth.hidden.size(); ++i) {
       error += std::abs(whole.hidden[i] - truth.hidden[i]);
@@ -236,10 +237,10 @@ TEST(ResolveTileTest, LevelsOfADenseMeshSavePolygonsAndShowLessThanTheSamplesMis
 
 TEST(ResolveTileTest, UnderAPointLightADenseMeshIsDrawnAsItIs) {
   const FlatScene scene = DenseBall();
-  const auto levels = std::make_shared<const MeshLevels>(BuildMeshLevels(scene));
+  const MeshShapes shapes = *BuildMeshShapes(scene, [] { return absl::OkStatus(); });
   const CpuReceivers receivers = GroundAndBall();
   const AreaLight light = LightAbove(3, 0);
-  EXPECT_EQ(ResolvePoints(scene, light, receivers, 16, 0, levels).hidden,
+  EXPECT_EQ(ResolvePoints(scene, light, receivers, 16, 0, &shapes).hidden,
             ResolvePoints(scene, light, receivers, 16).hidden);
 }
 
