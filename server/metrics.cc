@@ -98,7 +98,7 @@ Metrics::~Metrics() = default;
 
 void Metrics::CountCall(const std::string& rpc, absl::StatusCode code, double seconds) {
   families_->calls.Add({{"rpc", rpc}, {"code", CodeName(code)}}).Increment();
-  families_->call_seconds.Add({{"rpc", rpc}}, kSeconds).Observe(seconds);
+  families_->call_seconds.Add({{"rpc", rpc}, {"code", CodeName(code)}}, kSeconds).Observe(seconds);
 }
 
 void Metrics::CountRender(const v1::RenderReport& report) {

@@ -2,9 +2,6 @@
 #include "server/metrics.h"
 
 #include <gmock/gmock.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +11,7 @@
 #include "halfshade/v1/server.grpc.pb.h"
 #include "server/call_log.h"
 #include "server/log.h"
+#include "tests/integration/http_get.h"
 #include "tests/integration/service_fixture.h"
 
 namespace halfshade {
@@ -21,22 +19,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
-
-std::string HttpGet(const std::string& address, const std::string& path) {
-  const int connection = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_port = htons(uint16_t(std::stoi(address.substr(address.rfind(':') + 1))));
-  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  EXPECT_EQ(connect(connection, reinterpret_cast<sockaddr*>(&to), sizeof(to)), 0);
-  const std::string request = "GET " + path + " HTTP/1.0\r\n\r\n";
-  EXPECT_EQ(write(connection, request.data(), request.size()), ssize_t(request.size()));
-  std::string answer;
-  char part[4096];
-  for (ssize_t got; (got = read(connection, part, sizeof(part))) > 0;) answer.append(part, size_t(got));
-  close(connection);
-  return answer.substr(std::min(answer.size(), answer.find("\r\n\r\n") + 4));
-}
 
 // Every line is a comment or "name{labels} value"; a name has one HELP and one TYPE, before its values, all together.
 void ExpectWellFormed(const std::string& text) {
@@ -77,7 +59,9 @@ TEST(MetricsTest, CountsCallsByCodeAndRendersByStageMethodSkipAndError) {
   ExpectWellFormed(text);
   EXPECT_THAT(text, HasSubstr("halfshade_calls_total{code=\"OK\",rpc=\"Render\"} 2"));
   EXPECT_THAT(text, HasSubstr("halfshade_calls_total{code=\"RESOURCE_EXHAUSTED\",rpc=\"Render\"} 1"));
-  EXPECT_THAT(text, HasSubstr("halfshade_call_seconds_bucket{rpc=\"Render\",le=\"0.02\"} 2"));
+  EXPECT_THAT(text, HasSubstr("halfshade_call_seconds_bucket{code=\"OK\",rpc=\"Render\",le=\"0.02\"} 1"));
+  EXPECT_THAT(text,
+              HasSubstr("halfshade_call_seconds_bucket{code=\"RESOURCE_EXHAUSTED\",rpc=\"Render\",le=\"0.001\"} 1"));
   EXPECT_THAT(text, HasSubstr("halfshade_renders_total{method=\"shaft\"} 1"));
   EXPECT_THAT(text, HasSubstr("halfshade_stage_seconds_sum{stage=\"resolve\"} 0.03"));
   EXPECT_THAT(text, HasSubstr("halfshade_skips_total{pass=\"shaft\"} 1"));
