@@ -77,8 +77,10 @@ class Frame {
   // In the order of RenderRequest::outputs.
   RenderResult TakeResult() {
     RenderResult result;
-    for (const OutputKind kind : request_.outputs) {
-      result.images.push_back({kind, images_[kind]});
+    for (auto output = request_.outputs.begin(); output != request_.outputs.end(); ++output) {
+      const OutputKind kind = *output;
+      const bool is_asked_again = std::find(output + 1, request_.outputs.end(), kind) != request_.outputs.end();
+      result.images.push_back({kind, is_asked_again ? images_[kind] : std::move(images_[kind])});
       if (kind == OutputKind::kSoftShadowMap) result.images.back().grid = grid_;
     }
     result.report = std::move(report_);

@@ -118,6 +118,7 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
   if (is_hit) {
     report.passes.push_back(SkippedPass(pass, "cached"));
   } else {
+    caches.light_data.MakeRoom(needs.light_data_bytes);
     LightInputs inputs;
     inputs.light = side;
     inputs.seed = source.request.seed;

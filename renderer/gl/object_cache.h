@@ -2,6 +2,7 @@
 // but none that somebody holds.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <iterator>
 #include <list>
@@ -44,8 +45,12 @@ class ObjectCache {
   }
 
   // Down to the bound, as far as nobody holds what must go.
-  void Trim() {
-    for (auto entry = uses_.end(); bytes_ > max_bytes_ && entry != uses_.begin();) {
+  void Trim() { MakeRoom(0); }
+
+  // Down to what leaves room for so many bytes more: before they are made, or both would be there for a while.
+  void MakeRoom(uint64_t bytes) {
+    const uint64_t most = max_bytes_ - std::min(max_bytes_, bytes);
+    for (auto entry = uses_.end(); bytes_ > most && entry != uses_.begin();) {
       --entry;
       if (entry->object.use_count() == 1) entry = Drop(entry);
     }

@@ -94,6 +94,14 @@ absl::Status RayScene::AddCasters(const FlatScene& scene, const Pose& pose, cons
   Box3d bounds;
   std::map<uint32_t, uint32_t> mask_of_material;
   const bool has_blend = HasBlendCaster(scene, pose);
+  size_t vertex_count = 0, index_count = 0;  // what grows as it comes holds twice as much in the end
+  for (const Instance& instance : pose.instances) {
+    if (!instance.casts) continue;
+    vertex_count += scene.meshes[instance.mesh].vertex_count;
+    index_count += scene.meshes[instance.mesh].index_count;
+  }
+  points_ws.reserve(vertex_count);
+  triangles_.indices.reserve(index_count);
   for (const MaskCoverage coverage : {MaskCoverage::kFull, MaskCoverage::kTested}) {
     if (coverage == MaskCoverage::kTested) triangles_.first_masked = uint32_t(triangles_.indices.size() / 3);
     for (const Instance& instance : pose.instances) {

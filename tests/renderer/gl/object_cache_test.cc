@@ -51,6 +51,21 @@ TEST(ObjectCacheTest, WhatIsHeldStaysAndGoesWhenItIsLetGo) {
   EXPECT_EQ(cache.Find("c"), nullptr) << "larger than the whole bound: never kept beyond its use";
 }
 
+TEST(ObjectCacheTest, RoomIsMadeBeforeWhatIsToFillIt) {
+  ObjectCache<Sized> cache(300);
+  for (const char* key : {"a", "b", "c"}) cache.Keep(key, Of(100));
+  cache.MakeRoom(0);
+  EXPECT_EQ(cache.bytes(), 300u);
+  cache.MakeRoom(101);
+  EXPECT_EQ(cache.bytes(), 100u);
+  EXPECT_NE(cache.Find("c"), nullptr) << "the last used";
+  const auto held = Of(100);
+  cache.Keep("d", held);
+  cache.MakeRoom(1000);
+  EXPECT_EQ(cache.bytes(), 100u) << "all that nobody holds";
+  EXPECT_EQ(cache.Find("d"), held);
+}
+
 TEST(ObjectCacheTest, KeepingAgainReplacesAndMeasuresAnew) {
   ObjectCache<Sized> cache(1000);
   auto object = Of(100);
