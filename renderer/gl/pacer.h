@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 #include "renderer/gl/context.h"
 #include "renderer/request.h"
@@ -21,11 +22,13 @@ class Pacer {
   double MostMs() const { return kMaxSubmissionMs / slowness_; }
 
   Pacer(const Context& context, StopCheck stop);
-  // For tests: `finish` waits for the work handed out so far.
-  Pacer(std::function<void()> finish, StopCheck stop) : finish_(std::move(finish)), stop_(std::move(stop)) {}
+  // For tests: `finish` waits for the work handed out so far, which is of `most_draws` at most.
+  Pacer(std::function<void()> finish, StopCheck stop, int most_draws = std::numeric_limits<int>::max())
+      : finish_(std::move(finish)), stop_(std::move(stop)), most_draws_(most_draws) {}
 
   // Before drawing what is predicted to take predicted_ms: finishes the work under way and asks the stop check if the
-  // two together would pass MostMs. The check's error comes back, and nothing more should be drawn.
+  // two together would pass MostMs, or the draws that this context may have under way. The check's error comes back,
+  // and nothing more should be drawn.
   absl::Status Charge(double predicted_ms);
   // Finishes what is under way and asks the stop check.
   absl::Status Finish();
@@ -38,6 +41,8 @@ class Pacer {
  private:
   std::function<void()> finish_;
   StopCheck stop_;
+  int most_draws_;
+  int pending_draws_ = 0;
   double pending_ms_ = 0;
   std::chrono::steady_clock::time_point begin_;  // of what is pending
   double slowness_ = 1;                          // what submissions took, over what was predicted

@@ -18,6 +18,17 @@ TEST(PacerTest, NoSubmissionIsPredictedOverTheBound) {
   EXPECT_EQ(finishes, 49) << "two of 7 ms fit 20 ms";
 }
 
+TEST(PacerTest, NoMoreDrawsAreUnderWayThanTheContextMayHave) {
+  int finishes = 0;
+  Pacer pacer([&] { ++finishes; }, [] { return absl::OkStatus(); }, 8);
+  for (int i = 0; i < 100; ++i) ASSERT_OK(pacer.Charge(0.001));
+  EXPECT_EQ(finishes, 12);
+  ASSERT_OK(pacer.Finish());
+  EXPECT_EQ(finishes, 13);
+  for (int i = 0; i < 8; ++i) ASSERT_OK(pacer.Charge(0.001));
+  EXPECT_EQ(finishes, 13) << "counted from the last finish on";
+}
+
 TEST(PacerTest, WhatTookLongerThanPredictedIsCutSmaller) {
   Pacer pacer([] { std::this_thread::sleep_for(std::chrono::milliseconds(50)); }, [] { return absl::OkStatus(); });
   EXPECT_EQ(pacer.MostMs(), Pacer::kMaxSubmissionMs);
