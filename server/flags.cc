@@ -82,6 +82,10 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
                  "what cameras saw, for lights that move before them, of all contexts together")
       ->check(CLI::Range(1, 1 << 30))
       ->capture_default_str();
+  app.add_option("--ray-scene-mb", options.ray_scene_mb,
+                 "what rays (two thirds) and shaft have of scenes on the CPU, of all contexts together")
+      ->check(CLI::Range(1, 1 << 30))
+      ->capture_default_str();
   app.add_option("--result-cache-mb", options.result_cache_mb, "encoded replies, for identical requests; 0: none")
       ->check(CLI::Range(0, 1 << 30))
       ->capture_default_str();

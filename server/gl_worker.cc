@@ -8,6 +8,7 @@
 
 #include "renderer/calibrate.h"
 #include "renderer/status.h"
+#include "server/process_memory.h"
 
 namespace halfshade {
 namespace {
@@ -81,6 +82,7 @@ void GlWorker::Work(WorkerRenderer own) {
       }
     }
     Tidy(*own.renderer);
+    ReturnFreedMemory();
   }
 }
 

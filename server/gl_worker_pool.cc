@@ -22,6 +22,8 @@ absl::Status GlWorkerPool::Start(const ServerOptions& options, RenderQueue* queu
   const ContextMemory memory = {.scene_bytes = (options.gl_scene_mb << 20) / contexts,
                                 .light_data_bytes = (options.light_cache_mb << 20) / contexts,
                                 .view_bytes = (options.view_cache_mb << 20) / contexts,
+                                .ray_scene_bytes = (options.ray_scene_mb << 20) / contexts * 2 / 3,
+                                .scene_data_bytes = (options.ray_scene_mb << 20) / contexts / 3,
                                 .light_store = light_store};
   const RendererFactory factory =
       options.renderer_factory ? options.renderer_factory : MakeGlRendererFactory(options.gl, decoder, memory);

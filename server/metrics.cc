@@ -5,13 +5,12 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 
 #include "server/call_time.h"
+#include "server/process_memory.h"
 
 namespace halfshade {
 namespace {
@@ -26,12 +25,6 @@ std::string CodeName(absl::StatusCode code) { return absl::StatusCodeToString(co
 // "light[0]/multi_map" -> "multi_map": how many lights there are is no label.
 std::string PassName(const std::string& name) { return name.substr(name.rfind('/') + 1); }
 
-double ResidentBytes() {
-  double pages = 0, resident = 0;
-  std::ifstream("/proc/self/statm") >> pages >> resident;
-  return resident * double(sysconf(_SC_PAGESIZE));
-}
-
 double OpenFiles() {
   std::error_code error;
   const std::filesystem::directory_iterator files("/proc/self/fd", error);
@@ -45,7 +38,7 @@ std::vector<Metrics::Sample> OfTheProcess() {
   return {
       {"process_cpu_seconds_total", "Total user and system CPU time spent in seconds.", true, "", "",
        ProcessCpuMs() / 1e3},
-      {"process_resident_memory_bytes", "Resident memory size in bytes.", false, "", "", ResidentBytes()},
+      {"process_resident_memory_bytes", "Resident memory size in bytes.", false, "", "", double(ResidentBytes())},
       {"process_open_fds", "Number of open file descriptors.", false, "", "", OpenFiles()},
       {"process_start_time_seconds", "Start time of the process since unix epoch in seconds.", false, "", "", start_s}};
 }

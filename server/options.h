@@ -33,6 +33,7 @@ struct ServerOptions {
   uint64_t gl_scene_mb = 1024;     // scenes in GL memory, the contexts' equal shares together
   uint64_t light_cache_mb = 512;   // light data in GL memory, likewise
   uint64_t view_cache_mb = 256;    // what cameras saw, likewise
+  uint64_t ray_scene_mb = 768;     // what rays (two thirds) and SHAFT have of scenes on the CPU, likewise
   uint64_t result_cache_mb = 256;  // replies as they were encoded; 0: none is kept
   FenceOptions fence;              // of `loader` "": scenes are read in this process, as is right for the caller's own
   gl::ContextOptions gl;

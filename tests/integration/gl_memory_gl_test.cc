@@ -14,6 +14,7 @@
 #include "server/digest.h"
 #include "server/server.h"
 #include "tests/support/flat_scene_builder.h"
+#include "tests/support/scene_makers.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade {
@@ -36,7 +37,9 @@ class GlMemoryTest : public testing::Test {
 
   // A plate of this edge over a floor.
   std::string MakeScene(double edge) {
-    const std::string glb = WriteGlb({MakePlate({0, 0, 0}, 4, 4), MakePlate({0, 1, 0}, edge, edge)});
+    return AddScene(WriteGlb({MakePlate({0, 0, 0}, 4, 4), MakePlate({0, 1, 0}, edge, edge)}));
+  }
+  std::string AddScene(const std::string& glb) {
     v1::UploadBlobRequest chunk;
     chunk.set_digest(Sha256Hex(glb));
     chunk.set_size_bytes(glb.size());
@@ -121,6 +124,29 @@ TEST_F(GlMemoryTest, LightDataIsFoundByTheNextCameraCountedAndFreedWithItsScene)
   request.set_scene(other);
   Render(request);
   EXPECT_TRUE(Becomes([&] { return Caches()["light_data"].misses() == 2; }));
+}
+
+TEST_F(GlMemoryTest, RayScenesOfAllContextsTogetherKeepToTheirFlag) {
+  ServerOptions options;
+  options.contexts = 2;
+  options.light_cache_mb = 1;  // or the light data of rays, counted there, would hold their hierarchy
+  uint64_t kept = 0;
+  for (const uint64_t ray_scene_mb : {64, 4}) {
+    options.ray_scene_mb = ray_scene_mb;
+    server_.reset();
+    Start(options);
+    v1::RenderRequest request;
+    request.set_scene(AddScene(WriteGlb(halfshade::MakeScene("S6", {.triangles = 30'000}).meshes)));
+    request.set_width(32);
+    request.set_height(32);
+    request.mutable_method()->mutable_ray()->set_rays(4);
+    Render(request);
+    EXPECT_TRUE(Becomes([&] { return Caches()["ray_scene"].misses() == 1; }));
+    if (ray_scene_mb == 64) kept = Caches()["ray_scene"].bytes();
+  }
+  ASSERT_GT(kept, 2u << 20) << "more than one context's share of the bound, or nothing is tried";
+  ASSERT_LT(kept, 4u << 20);
+  EXPECT_EQ(Caches()["ray_scene"].bytes(), 0u);
 }
 
 // PDSM of a scene that outlives the server: the next one on the folder draws no maps for it, unless its file is

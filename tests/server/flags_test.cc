@@ -23,8 +23,9 @@ TEST(FlagsTest, BoundsOfGlMemoryAreOneMegabyteToAPetabyte) {
     const char* flag;
     uint64_t ServerOptions::*field;
   };
-  for (const auto& [flag, field] : {Bound{"--gl-scene-mb", &ServerOptions::gl_scene_mb},
-                                    Bound{"--light-cache-mb", &ServerOptions::light_cache_mb}}) {
+  for (const auto& [flag, field] :
+       {Bound{"--gl-scene-mb", &ServerOptions::gl_scene_mb}, Bound{"--light-cache-mb", &ServerOptions::light_cache_mb},
+        Bound{"--ray-scene-mb", &ServerOptions::ray_scene_mb}}) {
     ServerOptions options;
     EXPECT_EQ(Parse(flag, "1", &options), -1) << flag;
     EXPECT_EQ(options.*field, 1u);
