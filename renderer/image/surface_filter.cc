@@ -1,19 +1,12 @@
 #include "renderer/image/surface_filter.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace halfshade {
 namespace {
 
-constexpr float kLeastCosine = 0.9f;
-constexpr float kMostSlope = 0.1f;
-
 bool AreOneSurface(const Surfaces& surfaces, size_t a, size_t b) {
-  if (!(glm::dot(surfaces.normals[a], surfaces.normals[b]) >= kLeastCosine)) return false;
-  const glm::vec3 arm = surfaces.points[b] - surfaces.points[a];
-  const float height = glm::dot(arm, surfaces.normals[a]);
-  return height * height <= kMostSlope * kMostSlope * glm::dot(arm, arm);
+  return AreOneSurface(surfaces.normals[a], surfaces.points[a], surfaces.normals[b], surfaces.points[b]);
 }
 
 }  // namespace

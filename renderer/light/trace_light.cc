@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <tuple>
 
-#include "renderer/light/light_shaft.h"
+#include "renderer/light/lit_receivers.h"
 #include "renderer/light/parallel_for.h"
 #include "renderer/math/sampling.h"
 #include "renderer/scene/ray_fan.h"
@@ -18,8 +17,6 @@ constexpr int kLanes = RayFan::kSegments;
 constexpr int kFirstRays = 16;  // of adaptive rounds, each of which multiplies them by ...
 constexpr int kRoundGrowth = 4;
 constexpr int kMaxRoundRays = 4096;      // about 2 ms at one receiver: stays far below the stop check's period
-constexpr int kTile = 16;                // pixels a side: neighbours share nodes of the hierarchy
-constexpr size_t kRun = kTile * kTile;   // receivers that are found lit together: of a tile, where all receive
 constexpr int kGrainRays = 2048;         // in a row by one thread: about 1 ms
 constexpr int kMostGrain = 32;           // receivers of them
 constexpr double kErrorRate = 0.7;       // of ExpectedTraceError
@@ -115,8 +112,10 @@ class LightTracer {
     const bool is_point = light_.width_m == 0 && light_.height_m == 0;
     const std::vector<Round> rounds = MakeRounds(is_point ? 1 : options_.rays, options_.is_adaptive, options_.seed);
     TracedLight result;
-    std::vector<uint32_t> active = InTiles();
-    if (options_.skips_lit && options_.rays >= kFirstRays && !is_point) RETURN_IF_ERROR(FindLit(active, stop));
+    std::vector<uint32_t> active = ReceiversInTiles(receivers_);
+    if (options_.skips_lit && options_.rays >= kFirstRays && !is_point) {
+      ASSIGN_OR_RETURN(is_lit_, FindLit(scene_, light_, receivers_, active, stop, options_.threads));
+    }
     result.lit = uint64_t(std::count(is_lit_.begin(), is_lit_.end(), 1));
     for (const Round& round : rounds) {
       const int grain = std::clamp(kGrainRays / (round.last - round.first), 1, kMostGrain);
@@ -138,64 +137,6 @@ class LightTracer {
   }
 
  private:
-  // All receivers; pixels in tiles.
-  std::vector<uint32_t> InTiles() const {
-    std::vector<uint32_t> order;
-    order.reserve(receivers_.size());
-    const int tile_width = receivers_.ArePoints() ? receivers_.width : kTile;
-    for (int top = 0; top < receivers_.height; top += kTile) {
-      for (int left = 0; left < receivers_.width; left += tile_width) {
-        for (int y = top; y < std::min(top + kTile, receivers_.height); ++y) {
-          for (int x = left; x < std::min(left + tile_width, receivers_.width); ++x) {
-            const uint32_t index = uint32_t(y) * receivers_.width + x;
-            if (receivers_.IsReceiving(index)) order.push_back(index);
-          }
-        }
-      }
-    }
-    return order;
-  }
-
-  // Marks the receivers of each run between which and the light nothing stands.
-  absl::Status FindLit(const std::vector<uint32_t>& order, const std::function<absl::Status()>& stop) {
-    const auto find = [&](int run) {
-      const size_t first = size_t(run) * kRun, last = std::min(order.size(), first + kRun);
-      const LightShaft shaft = ShaftOf(&order[first], last - first);
-      if (!scene_.boxes().AreAllOutside([&](const Box3f& box) { return shaft.Misses(box); })) return;
-      for (size_t i = first; i < last; ++i) is_lit_[order[i]] = 1;
-    };
-    return ParallelFor(int((order.size() + kRun - 1) / kRun), 1, find, stop, options_.threads);
-  }
-
-  LightShaft ShaftOf(const uint32_t* run, size_t count) const {
-    Box3d box;
-    double error = std::numeric_limits<double>::infinity();  // as that of RayFan, but for the occluder's own
-    bool shares_plane = !receivers_.ArePoints();
-    for (size_t i = 0; i < count; ++i) {
-      const CpuReceiver receiver = receivers_.At(run[i]);
-      const glm::vec3 origin(scene_.TraceFromWorld(receiver.position_ws));
-      box.Add(glm::dvec3(origin));
-      error = std::min(error, PlaneError(receiver));
-      shares_plane = shares_plane && receivers_.planes[run[i]] == receivers_.planes[run[0]];
-    }
-    const glm::dvec3 u = glm::dvec3(edge_u_) / 2.0, v = glm::dvec3(edge_v_) / 2.0;
-    LightShaft shaft({center_ - u - v, center_ + u - v, center_ - u + v, center_ + u + v}, box);
-    // What does not rise above their plane by half of what RayFan allows for is left out by it, whatever is rounded.
-    const CpuReceiver receiver = receivers_.At(run[0]);
-    if (shares_plane && receiver.normal_ws != glm::dvec3(0)) {
-      shaft.CutBelow(receiver.normal_ws,
-                     glm::dot(receiver.normal_ws, scene_.TraceFromWorld(receiver.position_ws)) + error / 2);
-    }
-    return shaft;
-  }
-
-  // Trace lengths by which the plane may be off: it came in floats, 4 ulps of the distance to the eye that it is told
-  // from.
-  double PlaneError(const CpuReceiver& receiver) const {
-    constexpr double kFourUlps = 4.8e-7;
-    return kFourUlps * glm::length(receiver.position_ws - receivers_.camera.eye_ws) * scene_.trace_scale();
-  }
-
   void TraceReceiver(uint32_t index, const Round& round) {
     const CpuReceiver receiver = receivers_.At(index);
     const LightAbovePlane cut = CutAtPlane(light_, receivers_, receiver);
@@ -209,7 +150,7 @@ class LightTracer {
       return;
     }
     const glm::vec3 origin(scene_.TraceFromWorld(receiver.position_ws));
-    RayFan fan(scene_, origin, glm::vec3(receiver.normal_ws), float(PlaneError(receiver)));
+    RayFan fan(scene_, {origin, glm::vec3(receiver.normal_ws), float(PlaneError(scene_, receivers_, receiver))});
     const glm::vec3 to_center(center_ - glm::dvec3(origin));
     const glm::uvec2 shift = ShiftOf(options_.seed, index);
     const glm::vec3 height(cut.along_u, cut.along_v, cut.middle);

@@ -13,61 +13,86 @@ constexpr float kSegmentEnd = 1 - 9.5367432e-7f;
 
 float Size(const glm::vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
-// What the filter of one fan says of a triangle.
-bool HidesSomething(const RayScene::Triangles& triangles, uint32_t triangle, const glm::vec3& origin,
-                    const glm::vec3& normal, float error) {
+// What the filter of a segment says of a triangle.
+bool HidesSomething(const RayScene::Triangles& triangles, uint32_t triangle, const RayOrigin& origin) {
   glm::vec3 arms[3];
-  for (int k = 0; k < 3; ++k) arms[k] = glm::vec3(triangles.vertices[triangles.indices[3 * triangle + k]]) - origin;
-  bool is_above = normal == glm::vec3(0);
-  for (int k = 0; k < 3 && !is_above; ++k) is_above = glm::dot(normal, arms[k]) > kFourUlps * Size(arms[k]) + error;
+  for (int k = 0; k < 3; ++k) {
+    arms[k] = glm::vec3(triangles.vertices[triangles.indices[3 * triangle + k]]) - origin.point;
+  }
+  bool is_above = origin.normal == glm::vec3(0);
+  for (int k = 0; k < 3 && !is_above; ++k) {
+    is_above = glm::dot(origin.normal, arms[k]) > kFourUlps * Size(arms[k]) + origin.error;
+  }
   if (!is_above) return false;
   const glm::vec3 across = glm::cross(arms[1] - arms[0], arms[2] - arms[0]);
-  return std::abs(glm::dot(across, arms[0])) > (kFourUlps * Size(arms[0]) + error) * glm::length(across);
+  return std::abs(glm::dot(across, arms[0])) > (kFourUlps * Size(arms[0]) + origin.error) * glm::length(across);
 }
 
 }  // namespace
 
-RayFan::RayFan(const RayScene& scene, const glm::vec3& origin, const glm::vec3& normal, float error)
-    : scene_(scene.embree_scene()) {
+RayPacket::RayPacket(const RayScene& scene) : scene_(scene.embree_scene()) {
   rtcInitIntersectContext(&context_.embree);
   context_.embree.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  context_.origin = origin;
-  context_.normal = normal;
-  context_.error = kFourUlps * Size(origin) + error;
   std::fill_n(is_wanted_, kSegments, -1);
-  std::fill_n(rays_.org_x, kSegments, origin.x);
-  std::fill_n(rays_.org_y, kSegments, origin.y);
-  std::fill_n(rays_.org_z, kSegments, origin.z);
   std::fill_n(rays_.time, kSegments, 0.0f);
   std::fill_n(rays_.mask, kSegments, ~0u);
-  std::fill_n(rays_.id, kSegments, 0u);
   std::fill_n(rays_.flags, kSegments, 0u);
+}
+
+void RayPacket::SetOrigin(int segment, const RayOrigin& origin, unsigned id) {
+  context_.origins[id] = {origin.point, origin.normal, kFourUlps * Size(origin.point) + origin.error};
+  rays_.org_x[segment] = origin.point.x;
+  rays_.org_y[segment] = origin.point.y;
+  rays_.org_z[segment] = origin.point.z;
+  rays_.id[segment] = id;
+}
+
+void RayPacket::Trace() {
+  std::fill_n(rays_.tfar, kSegments, kSegmentEnd);
+  rtcOccluded16(is_wanted_, scene_, &context_.embree, &rays_);
+}
+
+RayFan::RayFan(const RayScene& scene, const RayOrigin& origin) : RayPacket(scene) {
+  for (int i = 0; i < kSegments; ++i) SetOrigin(i, origin, 0);
 }
 
 int RayFan::CountOccluded() {
   if (scene_ == nullptr) return 0;
-  // Where there is no plane, the receiver's own triangle is within the error at the beginning of the segments, which
-  // are of about one length.
+  // Where there is no plane, the receiver's own triangle is within the error at the beginning of the segments.
   const float length = std::max({std::abs(rays_.dir_x[0]), std::abs(rays_.dir_y[0]), std::abs(rays_.dir_z[0])});
-  std::fill_n(rays_.tnear, kSegments, std::min(context_.error / length, kSegmentEnd));
-  std::fill_n(rays_.tfar, kSegments, kSegmentEnd);
-  rtcOccluded16(is_wanted_, scene_, &context_.embree, &rays_);
+  std::fill_n(rays_.tnear, kSegments, std::min(context_.origins[0].error / length, kSegmentEnd));
+  Trace();
   int occluded = 0;
   for (int i = 0; i < kSegments; ++i) occluded += rays_.tfar[i] < 0;
   return occluded;
 }
 
+uint32_t RayBundle::FindOccluded() {
+  if (scene_ == nullptr) return 0;
+  for (int i = 0; i < kSegments; ++i) {
+    if (is_wanted_[i] == 0) continue;
+    const float length = std::max({std::abs(rays_.dir_x[i]), std::abs(rays_.dir_y[i]), std::abs(rays_.dir_z[i])});
+    rays_.tnear[i] = std::min(context_.origins[i].error / length, kSegmentEnd);
+  }
+  Trace();
+  uint32_t occluded = 0;
+  for (int i = 0; i < kSegments; ++i) occluded |= uint32_t(is_wanted_[i] != 0 && rays_.tfar[i] < 0) << i;
+  return occluded;
+}
+
 void LeaveOutWhatHidesNothing(const RTCFilterFunctionNArguments* args) {
-  const auto& fan = *reinterpret_cast<const RayFan::Context*>(args->context);
+  const RayOrigin* origins = reinterpret_cast<const RayPacket::Context*>(args->context)->origins;
   const auto& triangles = *static_cast<const RayScene::Triangles*>(args->geometryUserPtr);
-  uint32_t last = RTC_INVALID_GEOMETRY_ID;
+  uint32_t last = RTC_INVALID_GEOMETRY_ID, last_id = 0;
   bool hides = false;
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
     const uint32_t triangle = RTCHitN_primID(args->hit, args->N, i);
-    if (triangle != last) {
+    const uint32_t id = RTCRayN_id(args->ray, args->N, i);
+    if (triangle != last || id != last_id) {
       last = triangle;
-      hides = HidesSomething(triangles, triangle, fan.origin, fan.normal, fan.error);
+      last_id = id;
+      hides = HidesSomething(triangles, triangle, origins[id]);
     }
     if (!hides ||
         triangles.IsMaskedAway(triangle, RTCHitN_u(args->hit, args->N, i), RTCHitN_v(args->hit, args->N, i))) {
