@@ -347,7 +347,9 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   add(request.method.index());
   if (const auto* hard = std::get_if<HardOptions>(&request.method)) add(hard->map_size);
   if (const auto* multi_map = std::get_if<MultiMapOptions>(&request.method)) add(multi_map->k, multi_map->map_size);
-  if (const auto* ray = std::get_if<RayOptions>(&request.method)) add(ray->rays, ray->is_adaptive, ray->stop_error);
+  if (const auto* ray = std::get_if<RayOptions>(&request.method)) {
+    add(ray->rays, ray->is_adaptive, ray->stop_error, ray->is_filtered);
+  }
   if (const auto* pcss = std::get_if<PcssOptions>(&request.method)) {
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);
   }

@@ -268,6 +268,10 @@ absl::Status CheckMethod(const v1::Method& method, RenderRequest* result) {
         }
         options.stop_error = stop_error;
       }
+      options.is_filtered = method.ray().filtered();
+      if (options.is_filtered && options.is_adaptive) {
+        return FieldError("method.ray.filtered", "true, and adaptive too; only one of them");
+      }
       result->method = options;
       result->method_reason = "asked for";
       return absl::OkStatus();

@@ -261,6 +261,13 @@ std::vector<ValidateRow> MethodRows() {
       {"RaysMost", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(65536); }, ok, ""},
       {"RaysHigh", [](Request& r) { r.mutable_method()->mutable_ray()->set_rays(65537); }, bad,
        "method.ray.rays: 65537; must be 1 to 65536"},
+      {"FilteredAndAdaptive",
+       [](Request& r) {
+         r.mutable_method()->mutable_ray()->set_filtered(true);
+         r.mutable_method()->mutable_ray()->set_adaptive(true);
+       },
+       bad, "method.ray.filtered: true, and adaptive too; only one of them"},
+      {"Filtered", [](Request& r) { r.mutable_method()->mutable_ray()->set_filtered(true); }, ok, ""},
       {"StopErrorZero", [](Request& r) { r.mutable_method()->mutable_ray()->set_stop_error(0); }, bad,
        "method.ray.stop_error: 0; must be over 0 and below 1"},
       {"StopErrorLow", [](Request& r) { r.mutable_method()->mutable_ray()->set_stop_error(1e-6f); }, ok, ""},

@@ -1,7 +1,9 @@
 #include "renderer/shadow/ray/ray.h"
 
+#include <algorithm>
 #include <charconv>
 
+#include "renderer/light/trace_filtered.h"
 #include "renderer/light/trace_light.h"
 #include "renderer/status.h"
 
@@ -16,6 +18,15 @@ struct RayLightData : LightData {
   uint64_t SizeBytes() const override { return scene->SizeBytes(); }
   uint64_t MapsDrawn() const override { return 0; }
 };
+
+// What neighbours lend a filtered pixel (trace_filtered.h), a point has to trace itself.
+constexpr int kRaysOfPoint = 16;
+constexpr int kMostRays = 65536;
+
+std::string NoteOf(uint64_t lit) {
+  if (lit == 0) return {};
+  return std::to_string(lit) + " receivers lit: nothing between their tiles and the light";
+}
 
 // Shortest form that reads back.
 std::string NumberText(float value) {
@@ -43,14 +54,23 @@ absl::StatusOr<OcclusionSum> RayMethod::ResolveOcclusion(const DrawContext& draw
                                                          const MethodOptions& options) const {
   const auto& ray_data = static_cast<const RayLightData&>(data);
   const auto& ray = std::get<RayOptions>(options);
-  const TraceOptions trace = {
-      .rays = ray.rays, .is_adaptive = ray.is_adaptive, .stop_error = ray.stop_error, .seed = ray_data.seed};
-  ASSIGN_OR_RETURN(TracedLight traced, TraceLight(*ray_data.scene, ray_data.light, *receivers.on_cpu, trace,
-                                                  [&draw] { return draw.pacer->Finish(); }));
-  OcclusionSum sum{std::move(traced.hidden), 1, traced.rays};
+  const CpuReceivers& on_cpu = *receivers.on_cpu;
+  const auto stop = [&draw] { return draw.pacer->Finish(); };
+  const bool is_point = ray_data.light.width_m == 0 && ray_data.light.height_m == 0;
+  if (ray.is_filtered && !is_point && !on_cpu.ArePoints()) {
+    ASSIGN_OR_RETURN(FilteredLight traced, TraceFiltered(*ray_data.scene, ray_data.light, on_cpu,
+                                                         {.rays = ray.rays, .seed = ray_data.seed}, stop));
+    OcclusionSum sum{std::move(traced.hidden), 1, traced.rays, NoteOf(traced.lit)};
+    sum.errors = std::move(traced.errors);
+    return sum;
+  }
+  const TraceOptions trace = {.rays = ray.is_filtered ? std::min(kMostRays, kRaysOfPoint * ray.rays) : ray.rays,
+                              .is_adaptive = ray.is_adaptive,
+                              .stop_error = ray.stop_error,
+                              .seed = ray_data.seed};
+  ASSIGN_OR_RETURN(TracedLight traced, TraceLight(*ray_data.scene, ray_data.light, on_cpu, trace, stop));
+  OcclusionSum sum{std::move(traced.hidden), 1, traced.rays, NoteOf(traced.lit)};
   sum.errors = std::move(traced.errors);
-  if (traced.lit > 0)
-    sum.note = std::to_string(traced.lit) + " receivers lit: nothing between their tiles and the light";
   sum.has_independent_errors = true;
   return sum;
 }
@@ -59,7 +79,8 @@ std::vector<std::pair<std::string, std::string>> RayMethod::DescribeOptions(cons
   const auto& ray = std::get<RayOptions>(options);
   return {{"rays", std::to_string(ray.rays)},
           {"adaptive", ray.is_adaptive ? "true" : "false"},
-          {"stop_error", NumberText(ray.stop_error)}};
+          {"stop_error", NumberText(ray.stop_error)},
+          {"filtered", ray.is_filtered ? "true" : "false"}};
 }
 
 }  // namespace halfshade
