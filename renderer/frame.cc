@@ -387,11 +387,9 @@ class Frame {
   RenderReport report_;
 };
 
-// Wall time of another picture of the same receivers.
-absl::StatusOr<double> PredictAgainMs(const FlatScene& scene, const RenderRequest& request) {
+absl::StatusOr<MethodFacts> FactsOf(const FlatScene& scene, const RenderRequest& request) {
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
-  const MethodFacts facts = FactsForMethod(scene, pose, request, ReceiverCount(request));
-  return PredictWallMs(facts, PredictCost(facts, request.method).TotalMs(), request.budget.slowness);
+  return FactsForMethod(scene, pose, request, ReceiverCount(request));
 }
 
 }  // namespace
@@ -436,18 +434,22 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
   while (true) {
     Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches, &views);
     if (absl::Status drawn = frame.Draw(on_context); !drawn.ok()) {
-      if (!absl::IsResourceExhausted(drawn) || !asked.is_auto || !MakeSmaller(&asked.method)) return drawn;
+      if (!absl::IsResourceExhausted(drawn) || !asked.is_auto) return drawn;
+      ASSIGN_OR_RETURN(const MethodFacts facts, FactsOf(scene, asked));
+      if (!MakeSmaller(facts, &asked.method)) return drawn;
       asked.method_reason += "; ray in its place: " + std::string(drawn.message());
       continue;
     }
     RenderResult result = frame.TakeResult();
     const std::string breach = FindBreach(result.report.error, request.budget);
     if (breach.empty()) return result;
-    if (!request.is_auto || !MakeMoreExact(*request.budget.max_error, &asked.method)) {
+    ASSIGN_OR_RETURN(const MethodFacts facts, FactsOf(scene, asked));
+    if (!request.is_auto || !MakeMoreExact(facts, *request.budget.max_error, &asked.method)) {
       return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method);
     }
     if (request.budget.max_latency_ms) {
-      ASSIGN_OR_RETURN(const double again_ms, PredictAgainMs(scene, asked));
+      const double cpu_ms = PredictCost(facts, asked.method).TotalMs();
+      const double again_ms = PredictWallMs(facts, cpu_ms, request.budget.slowness);
       if (since_dequeue.Milliseconds() + again_ms > *request.budget.max_latency_ms) {
         return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method +
                                              ", and budget.max_latency leaves no time for better");

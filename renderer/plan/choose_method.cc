@@ -43,6 +43,12 @@ MethodChoice Ray(const MethodFacts& facts, double max_error) {
   return MakeChoice(facts, "ray", RayOptions{.rays = rays}, RayError(facts, rays));
 }
 
+MethodChoice FilteredRay(const MethodFacts& facts, double max_error) {
+  const int rays = FilteredRaysFor(facts, max_error);
+  return MakeChoice(facts, "filtered ray", RayOptions{.rays = rays, .is_filtered = true},
+                    FilteredRayError(facts, rays));
+}
+
 // The methods that know how wide penumbrae are.
 MethodChoice PenumbraWidths(const MethodFacts& facts) {
   SssmOptions options;
@@ -84,6 +90,7 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
   }
   candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
+  candidates.push_back(FilteredRay(facts, max_error));
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const MethodChoice& a, const MethodChoice& b) { return a.frame_ms < b.frame_ms; });
   return candidates;
@@ -175,24 +182,28 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
   return absl::OkStatus();
 }
 
-bool MakeSmaller(MethodOptions* options) {
+bool MakeSmaller(const MethodFacts& facts, MethodOptions* options) {
   const auto* shaft = std::get_if<ShaftOptions>(options);
   if (shaft == nullptr) return false;
-  *options = RayOptions{.rays = RaysFor({}, shaft->max_error)};
+  *options = RayOptions{.rays = RaysFor(facts, shaft->max_error)};
   return true;
 }
 
-bool MakeMoreExact(double max_error, MethodOptions* options) {
+bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options) {
+  const float half = float(max_error / 2);
   if (auto* shaft = std::get_if<ShaftOptions>(options)) {
-    const float half = float(max_error / 2);
     if (shaft->max_error > half) {
       shaft->max_error = half;
     } else {
-      *options = RayOptions{.rays = RaysFor({}, half)};
+      *options = RayOptions{.rays = RaysFor(facts, half)};
     }
     return true;
   }
   if (auto* ray = std::get_if<RayOptions>(options)) {
+    if (ray->is_filtered && ray->rays > kMostFilteredRays / 4) {
+      *ray = RayOptions{.rays = RaysFor(facts, half)};
+      return true;
+    }
     if (ray->rays > kMostRays / 4) return false;
     ray->rays *= 4;
     return true;

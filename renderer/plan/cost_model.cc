@@ -23,7 +23,9 @@ constexpr double kShaftMasked = 8;           // times as dear at 8 rows where al
 constexpr double kMaskedPerRow = 1.0 / 14;   // of that, for each row beyond 8
 constexpr double kShaftSparse = 0.8;
 constexpr double kRayPerTriangle = 1e-3;
-constexpr double kRayPerRay = 1.6e-6;      // times the logarithm of the triangles
+constexpr double kRayPerRay = 1.6e-6;  // times the logarithm of the triangles
+// Filtered ones: what every pixel pays, and each ray of all pixels, though penumbra alone has more than the first.
+constexpr double kFilteredPerReceiver = 1.3e-4, kFilteredPerRay = 1.2e-6;
 constexpr double kRayAdaptiveShare = 0.2;  // of the rays of every receiver: penumbra pays
 // A map: its triangles, its texels, and a receiver that asks it.
 constexpr double kMapPerTriangle = 2e-4, kMapPerTexel = 1e-6, kMapPerReceiver = 2.8e-5;
@@ -38,10 +40,12 @@ constexpr int kMostSsmMap = 512;
 constexpr double kShaftErrorOfRow = 0.03;
 constexpr int kMostRows = 64;
 constexpr double kRayErrorOfRay = 0.2, kRayRate = 0.7;
+constexpr double kFilteredErrorOfRay = 0.032, kFilteredRate = 0.46;
+constexpr double kFilteredPixels = 16;  // that share rays
 // Fitted to 200 scenes, lights and cameras at random (tests/accuracy/auto_gl_test), held against 200 others.
 constexpr double kShaftErrorOfTold = 0.85;
 // Where all is masked, leaves upon leaves, they are so many times as large.
-constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
+constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6, kClutteredFilter = 3.3;
 constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
 // Of BLEND samples are coin tosses (scene/blend.h): mean |error| of one, sqrt(2 / pi) times the mean of sqrt(a (1 - a))
 // over all a, pi / 8.
@@ -72,6 +76,9 @@ struct CostOf {
   LightCost operator()(const HardOptions& hard) const { return MapsCost(facts, 1, hard.map_size); }
   LightCost operator()(const MultiMapOptions& maps) const { return MapsCost(facts, maps.k, maps.map_size); }
   LightCost operator()(const RayOptions& ray) const {
+    if (ray.is_filtered) {
+      return {0, kFilteredPerReceiver + ray.rays * kFilteredPerRay * std::log2(TriangleCount(facts) + 2)};
+    }
     const double rays = ray.is_adaptive ? 16 + kRayAdaptiveShare * std::max(0, ray.rays - 16) : ray.rays;
     return {0, rays * kRayPerRay * std::log2(TriangleCount(facts) + 2)};
   }
@@ -202,6 +209,17 @@ double RayError(const MethodFacts& facts, int rays) {
 int RaysFor(const MethodFacts& facts, double max_error) {
   int rays = 16;
   while (rays < kMostRays && RayError(facts, rays) > max_error) rays *= 2;
+  return rays;
+}
+
+double FilteredRayError(const MethodFacts& facts, int rays) {
+  return Clutter(facts, kClutteredFilter) * kFilteredErrorOfRay * std::pow(rays, -kFilteredRate) +
+         BlendNoise(facts, kFilteredPixels * rays);
+}
+
+int FilteredRaysFor(const MethodFacts& facts, double max_error) {
+  int rays = 1;
+  while (rays < kMostFilteredRays && FilteredRayError(facts, rays) > max_error) rays *= 2;
   return rays;
 }
 

@@ -141,20 +141,56 @@ TEST(ChooseMethodTest, PenumbraWidthsAreSssms) {
 }
 
 TEST(ChooseMethodTest, AfterABreachShaftHalvesItsErrorThenRaysTakeOverUntilThereAreNoMore) {
+  const MethodFacts facts = Facts(6000);
   MethodOptions options = ShaftOptions{.max_error = 0.0008f};
-  EXPECT_TRUE(MakeMoreExact(0.001, &options));
+  EXPECT_TRUE(MakeMoreExact(facts, 0.001, &options));
   EXPECT_FLOAT_EQ(std::get<ShaftOptions>(options).max_error, 0.0005f);
-  EXPECT_TRUE(MakeMoreExact(0.001, &options));
+  EXPECT_TRUE(MakeMoreExact(facts, 0.001, &options));
   int rays = std::get<RayOptions>(options).rays;
   EXPECT_GE(rays, 4096);
-  while (MakeMoreExact(0.001, &options)) {
+  while (MakeMoreExact(facts, 0.001, &options)) {
     EXPECT_EQ(std::get<RayOptions>(options).rays, 4 * rays);
     rays *= 4;
   }
   EXPECT_LE(rays, 65536);
   EXPECT_GT(rays, 16384);
   options = HardOptions();
-  EXPECT_FALSE(MakeMoreExact(0.001, &options));
+  EXPECT_FALSE(MakeMoreExact(facts, 0.001, &options));
+}
+
+TEST(ChooseMethodTest, AfterABreachFilteredRaysTakeFourTimesAsManyAndThenEachPixelItsOwn) {
+  MethodOptions options = RayOptions{.rays = 16, .is_filtered = true};
+  EXPECT_TRUE(MakeMoreExact(Facts(6000), 0.01, &options));
+  EXPECT_TRUE(std::get<RayOptions>(options).is_filtered);
+  EXPECT_EQ(std::get<RayOptions>(options).rays, 64);
+  EXPECT_TRUE(MakeMoreExact(Facts(6000), 0.01, &options));
+  EXPECT_FALSE(std::get<RayOptions>(options).is_filtered) << "what blurs would stay";
+  EXPECT_EQ(std::get<RayOptions>(options).rays, RaysFor(Facts(6000), 0.005));
+}
+
+TEST(ChooseMethodTest, RaysThatTakeAnothersPlaceAreAsManyAsMasksWant) {
+  for (const double masked_share : {0.0, 1.0}) {
+    const MethodFacts facts = Facts(6000, masked_share);
+    MethodOptions smaller = ShaftOptions{.max_error = 0.004f}, exact = ShaftOptions{.max_error = 0.001f};
+    ASSERT_TRUE(MakeSmaller(facts, &smaller));
+    EXPECT_LE(RayError(facts, std::get<RayOptions>(smaller).rays), 0.004) << masked_share;
+    ASSERT_TRUE(MakeMoreExact(facts, 0.004, &exact));
+    EXPECT_LE(RayError(facts, std::get<RayOptions>(exact).rays), 0.002) << masked_share;
+  }
+}
+
+TEST(ChooseMethodTest, FilteredRaysTakeDenseMeshesAtCoarseErrors) {
+  const auto is_filtered = [](uint64_t triangles, double max_error) {
+    const auto choice = ChooseMethod(Facts(triangles), {.max_error = max_error});
+    EXPECT_OK(choice);
+    const auto* ray = choice.ok() ? std::get_if<RayOptions>(&choice->options) : nullptr;
+    return ray != nullptr && ray->is_filtered;
+  };
+  EXPECT_TRUE(is_filtered(70'000, 0.03));
+  EXPECT_TRUE(is_filtered(70'000, 0.01));
+  EXPECT_FALSE(is_filtered(70'000, 0.002)) << "what it blurs is more than that";
+  EXPECT_FALSE(is_filtered(100, 0.03)) << "lists are short";
+  EXPECT_FALSE(is_filtered(2000, 0.01));
 }
 
 TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
@@ -164,10 +200,10 @@ TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
 
 TEST(ChooseMethodTest, WithoutRoomForShaftRaysTakeItsPlaceForItsError) {
   MethodOptions fine = ShaftOptions{.max_error = 0.001f}, coarse = ShaftOptions{.max_error = 0.02f};
-  ASSERT_TRUE(MakeSmaller(&fine));
-  ASSERT_TRUE(MakeSmaller(&coarse));
+  ASSERT_TRUE(MakeSmaller(Facts(6000), &fine));
+  ASSERT_TRUE(MakeSmaller(Facts(6000), &coarse));
   EXPECT_GT(std::get<RayOptions>(fine).rays, std::get<RayOptions>(coarse).rays);
-  EXPECT_FALSE(MakeSmaller(&fine));
+  EXPECT_FALSE(MakeSmaller(Facts(6000), &fine));
 }
 
 TEST(SettleMethodTest, ShaftByNameChoosesItsRowsForTheWantedError) {
@@ -184,10 +220,10 @@ TEST(SettleMethodTest, ShaftByNameChoosesItsRowsForTheWantedError) {
     const auto& shaft = std::get<ShaftOptions>(request.method);
     EXPECT_EQ(shaft.rows, 0);
     // What AUTO would ask it for.
-    EXPECT_EQ(
-        shaft.max_error,
-        std::get<ShaftOptions>(MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), max_error)[0].options)
-            .max_error);
+    for (const MethodChoice& choice : MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), max_error)) {
+      const auto* candidate = std::get_if<ShaftOptions>(&choice.options);
+      EXPECT_TRUE(candidate == nullptr || candidate->max_error == shaft.max_error);
+    }
     EXPECT_GT(*request.predicted_cpu_ms, cpu_ms);  // by as many rows
     cpu_ms = *request.predicted_cpu_ms;
     EXPECT_FALSE(request.certify) << "it tells its error";
@@ -214,7 +250,7 @@ TEST(SettleMethodTest, DecidesByInstancesWithoutATriangle) {
   ASSERT_OK(SettleMethod(scene, *pose, 640 * 360, &emptied));
   EXPECT_EQ(emptied.method_reason, request.method_reason);
   EXPECT_EQ(emptied.predicted_cpu_ms, request.predicted_cpu_ms);
-  EXPECT_EQ(MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), 0.005).size(), 2u);
+  EXPECT_EQ(MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), 0.005).size(), 3u);
 }
 
 }  // namespace
