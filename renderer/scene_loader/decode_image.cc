@@ -36,6 +36,8 @@ namespace {
 // The decoder's own state, and what it reads a file of `file_bytes` into.
 constexpr size_t kDecoderBytes = 1 << 20;
 
+constexpr uint32_t kStartOfScan = 0xda;
+
 uint32_t At(std::string_view bytes, size_t at) { return at < bytes.size() ? uint8_t(bytes[at]) : 0; }
 
 // Whether the Huffman tables of the DHT segment whose length stands at `at` have at most 256 codes each: Debian's
@@ -52,22 +54,44 @@ bool HasSoundTables(std::string_view bytes, size_t at) {
   return true;
 }
 
-// As stb_image would come upon the tables of a JPEG: segment by segment as long as these follow each other; from the
-// first scan on, or where they do not, behind any marker.
-bool HasSoundHuffmanTables(std::string_view bytes) {
-  constexpr uint32_t kDefineTables = 0xc4, kStartOfScan = 0xda;
+// What a JPEG gives, wherever it stands.
+struct JpegParts {
+  bool has_sound_tables = true;  // of Huffman codes
+  bool has_huffman = false, has_quantization = false, has_scan = false;
+
+  // The parts of the marker at `at`.
+  void Add(std::string_view bytes, size_t at) {
+    constexpr uint32_t kHuffman = 0xc4, kQuantization = 0xdb;
+    const uint32_t marker = At(bytes, at + 1);
+    has_huffman |= marker == kHuffman;
+    has_quantization |= marker == kQuantization;
+    has_scan |= marker == kStartOfScan;
+    if (marker == kHuffman) has_sound_tables &= HasSoundTables(bytes, at + 2);
+  }
+};
+
+// As stb_image would come upon them: segment by segment as long as these follow each other; from the first scan on, or
+// where they do not, behind any marker.
+JpegParts FindJpegParts(std::string_view bytes) {
+  JpegParts parts;
   size_t at = 2;
   if (At(bytes, 0) != 0xff || At(bytes, 1) != 0xd8) at = 0;
   while (at > 0 && At(bytes, at) == 0xff && At(bytes, at + 1) >= 0xc0 && At(bytes, at + 1) != kStartOfScan &&
          At(bytes, at + 1) != 0xff) {
-    if (At(bytes, at + 1) == kDefineTables && !HasSoundTables(bytes, at + 2)) return false;
+    parts.Add(bytes, at);
     at += 2 + std::max(2u, At(bytes, at + 2) << 8 | At(bytes, at + 3));
   }
   for (; at + 1 < bytes.size(); ++at) {
-    const bool is_table = At(bytes, at) == 0xff && At(bytes, at + 1) == kDefineTables;
-    if (is_table && !HasSoundTables(bytes, at + 2)) return false;
+    if (At(bytes, at) == 0xff) parts.Add(bytes, at);
   }
-  return true;
+  return parts;
+}
+
+// What keeps a JPEG from being decoded that stb_image makes grey; null: nothing.
+const char* MissingOf(const JpegParts& parts) {
+  if (!parts.has_huffman) return "a JPEG without Huffman tables";  // as a frame of Motion JPEG
+  if (!parts.has_quantization) return "a JPEG without quantization tables";
+  return parts.has_scan ? nullptr : "a JPEG without a scan";
 }
 
 const stbi_uc* Bytes(std::string_view bytes) { return reinterpret_cast<const stbi_uc*>(bytes.data()); }
@@ -78,7 +102,7 @@ ImageHeader ReadImageHeader(std::string_view bytes) {
   ImageHeader header;
   if (bytes.size() > size_t(std::numeric_limits<int>::max())) return header;
   const bool is_png = bytes.starts_with("\x89PNG\r\n\x1a\n");
-  if (!is_png && !HasSoundHuffmanTables(bytes)) return header;
+  if (!is_png && !FindJpegParts(bytes).has_sound_tables) return header;
   int width = 0, height = 0, channels = 0;
   max_block_bytes = kDecoderBytes;
   if (stbi_info_from_memory(Bytes(bytes), int(bytes.size()), &width, &height, &channels) == 0) return header;
@@ -98,6 +122,11 @@ absl::StatusOr<Rgba8Image> DecodeImage(const EncodedImage& image, uint64_t max_p
     return absl::InvalidArgumentError(image.name + ": " + std::to_string(pixels) + " pixels; at most " +
                                       std::to_string(max_pixels) + ", and " + std::to_string(ImageHeader::kMaxEdge) +
                                       " along an edge");
+  }
+  if (header.format == ImageFormat::kJpeg) {
+    if (const char* missing = MissingOf(FindJpegParts(image.bytes))) {
+      return absl::InvalidArgumentError(image.name + ": does not decode: " + missing);
+    }
   }
   // Four channels of 16 bits; a JPEG's planes are padded to blocks of 32 pixels. A PNG's data are gathered in steps of
   // powers of two.

@@ -93,16 +93,45 @@ TEST(DecodeImageTest, AJpegWhoseHuffmanTableHasOver256CodesIsNone) {
   }
 }
 
+// An 8 x 8 JPEG of one component: parts to leave out or to put together wrongly.
+constexpr char kBaseline = '\xc0', kProgressive = '\xc2';
+std::string Frame(char kind) {
+  return std::string("\xff") + kind + std::string("\x00\x0b\x08\x00\x08\x00\x08\x01\x01\x11\x00", 11);
+}
+std::string Quantization(char id) { return std::string("\xff\xdb\x00\x43", 4) + id + std::string(64, '\1'); }
+// One code, a zero, for a value of 0: of DC and of AC.
+std::string Huffman(char id) {
+  const std::string code = '\1' + std::string(16, '\0');
+  return std::string("\xff\xc4\x00\x26", 4) + id + code + char(id | 0x10) + code;
+}
+std::string Scan(char first_coefficient) {
+  return std::string("\xff\xda\x00\x08\x01\x01\x00", 7) + first_coefficient + std::string("\x3f\x00", 2) +
+         std::string(64, '\0');
+}
+std::string Jpeg(const std::string& parts) { return "\xff\xd8" + parts + "\xff\xd9"; }
+
+// stb_image makes all of these grey. A frame of Motion JPEG has no Huffman tables.
+TEST(DecodeImageTest, AJpegWithoutTablesOrScanIsRefusedByName) {
+  EXPECT_OK(DecodeImage({"x", Jpeg(Huffman(0) + Quantization(0) + Frame(kBaseline) + Scan(0)), 0, 0}, 64));
+  const std::string padded = "padding" + Huffman(0) + Quantization(0) + Frame(kBaseline) + Scan(0);
+  EXPECT_OK(DecodeImage({"x", Jpeg(Quantization(0) + padded), 0, 0}, 64)) << "what stands behind padding counts";
+  const auto refusal = [](const std::string& parts) {
+    return DecodeImage({"/images/2", Jpeg(parts), 0, 0}, 64).status();
+  };
+  const auto says = [](const char* what) {
+    return StatusIs(absl::StatusCode::kInvalidArgument,
+                    HasSubstr(std::string("/images/2: does not decode: a JPEG without ") + what));
+  };
+  EXPECT_THAT(refusal(Quantization(0) + Frame(kBaseline) + Scan(0)), says("Huffman tables"));
+  EXPECT_THAT(refusal(Huffman(0) + Frame(kBaseline) + Scan(0)), says("quantization tables"));
+  EXPECT_THAT(refusal(Huffman(0) + Quantization(0) + Frame(kProgressive)), says("a scan"));
+}
+
 // Found by gltf_fuzz: stb_image 2.27 takes the tables and blocks that a JPEG does not give from memory as it finds it.
 TEST(DecodeImageTest, WhatAJpegDoesNotGiveIsZero) {
-  const auto frame = [](char kind) {  // of one 8 x 8 component
-    return std::string("\xff") + kind + std::string("\x00\x0b\x08\x00\x08\x00\x08\x01\x01\x11\x00", 11);
-  };
-  const std::string scan = std::string("\xff\xda\x00\x08\x01\x01\x00\x00\x3f\x00", 10) + std::string(64, '\x5a');
-  const std::string quantization = std::string("\xff\xdb\x00\x43\x00", 5) + std::string(64, '\1');
-  const std::string no_tables = "\xff\xd8" + frame('\xc0') + scan + "\xff\xd9";
-  const std::string no_blocks = "\xff\xd8" + quantization + frame('\xc2') + "\xff\xd9";
-  for (const std::string& bytes : {no_tables, no_blocks}) {
+  const std::string other_tables = Jpeg(Huffman(1) + Quantization(1) + Frame(kBaseline) + Scan(0));
+  const std::string no_first_coefficients = Jpeg(Huffman(0) + Quantization(0) + Frame(kProgressive) + Scan(1));
+  for (const std::string& bytes : {other_tables, no_first_coefficients}) {
     for (const int fill : {0x01, 0x41, 0xfe}) {
       mallopt(M_PERTURB, fill);
       const auto image = DecodeImage({"x", bytes, 0, 0}, 64);
