@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <optional>
+#include <tuple>
 
 #include "renderer/gl/framebuffer.h"
 #include "renderer/math/camera.h"
@@ -25,18 +28,40 @@ constexpr glm::vec4 kGroundColor{0.6f, 0.6f, 0.6f, 1};
 // Texture units; bit i of second_texcoord (gbuffer.frag) is of unit i.
 enum Unit { kBaseColorUnit, kMetallicRoughnessUnit, kNormalUnit, kOcclusionUnit, kEmissiveUnit, kMaskUnit, kUnits };
 
-// What is drawn with one set of uniforms.
+// What differs between instances: attributes from kFirstInstanceAttribute on (shade/gbuffer.vert).
+struct InstanceAttributes {
+  glm::mat4 clip_from_mesh;
+  glm::mat3x4 camera_from_mesh;  // its rows; world axes, origin at the eye
+  glm::mat3x4 normal_from_mesh;  // its columns; w: handedness, scale of planes, object id
+  bool IsMirrored() const { return normal_from_mesh[0].w < 0; }
+};
+constexpr GLuint kFirstInstanceAttribute = 6;
+constexpr size_t kMostInstances = 16384;  // held at a time: 2.6 MB
+
+// Triangles of one mesh, and how those instances stand that are drawn together.
 struct Drawable {
-  glm::dmat4 camera_from_mesh{1};  // world axes, origin at the eye
   const Material* material = nullptr;
   const MaterialTextures* textures = nullptr;  // null: none
   bool is_masked = false;
-  bool receives = true;
+  bool is_mirrored = false;
   uint32_t first_triangle = 0;
   uint32_t triangle_count = 0;
   uint32_t base_vertex = 0;
-  uint32_t object_id = 0;
 };
+
+void SetInstances(const gl::VertexArray& vertex_array, const gl::Buffer& instances) {
+  constexpr GLuint kVectors = sizeof(InstanceAttributes) / sizeof(glm::vec4);
+  const GladGLContext& gl = vertex_array.gl();
+  const GLuint array = vertex_array.id();
+  gl.VertexArrayVertexBuffer(array, kFirstInstanceAttribute, instances.id(), 0, sizeof(InstanceAttributes));
+  gl.VertexArrayBindingDivisor(array, kFirstInstanceAttribute, 1);
+  for (GLuint i = 0; i < kVectors; ++i) {
+    const GLuint attribute = kFirstInstanceAttribute + i;
+    gl.VertexArrayAttribFormat(array, attribute, 4, GL_FLOAT, GL_FALSE, i * GLuint(sizeof(glm::vec4)));
+    gl.VertexArrayAttribBinding(array, attribute, kFirstInstanceAttribute);
+    gl.EnableVertexArrayAttrib(array, attribute);
+  }
+}
 
 Material GroundMaterial() {
   Material material;
@@ -62,18 +87,30 @@ class GBufferPass {
     for (int unit = 0; unit < kUnits; ++unit) gl_.BindSampler(GLuint(unit), 0);
   }
 
-  absl::Status Draw(const Drawable& drawable, const gl::Buffer& planes) {
-    const glm::dmat3 linear(drawable.camera_from_mesh);
+  // None for what stands flattened: no triangle has an area.
+  std::optional<InstanceAttributes> Attributes(const glm::dmat4& world_from_mesh, bool receives,
+                                               uint32_t object_id) const {
+    // Camera-relative: the large numbers cancel in double, before anything is rounded.
+    glm::dmat4 camera_from_mesh = world_from_mesh;
+    camera_from_mesh[3] -= glm::dvec4(camera_.eye_ws, 0);
+    const glm::dmat3 linear(camera_from_mesh);
     const double determinant = glm::determinant(linear);
-    if (determinant == 0) return absl::OkStatus();  // flattened: no triangle has an area
+    if (determinant == 0) return std::nullopt;
+    InstanceAttributes attributes;
+    attributes.clip_from_mesh = glm::mat4(flipped_clip_from_camera_ * camera_from_mesh);
+    attributes.camera_from_mesh = glm::mat3x4(glm::transpose(glm::mat4(camera_from_mesh)));
+    attributes.normal_from_mesh = glm::mat3x4(glm::mat3(glm::transpose(glm::inverse(linear))));
+    attributes.normal_from_mesh[0].w = determinant > 0 ? 1.0f : -1.0f;
+    attributes.normal_from_mesh[1].w = receives ? 1.0f : kNotReceivingScale;
+    attributes.normal_from_mesh[2].w = float(object_id);
+    return attributes;
+  }
+
+  // Instances of the vertex array that is bound.
+  absl::Status Draw(const Drawable& drawable, const gl::Buffer& planes, uint32_t first_instance,
+                    uint32_t instance_count) {
     ASSIGN_OR_RETURN(gl::Program * program, UseProgram(drawable));
-    program->Set("clip_from_mesh", glm::mat4(flipped_clip_from_camera_ * drawable.camera_from_mesh));
-    program->Set("camera_from_mesh", glm::mat4(drawable.camera_from_mesh));
-    program->Set("normal_from_mesh", glm::mat3(glm::transpose(glm::inverse(linear))));
-    program->Set("handedness", determinant > 0 ? 1.0f : -1.0f);
-    program->Set("plane_scale", drawable.receives ? 1.0f : kNotReceivingScale);
-    program->Set("object_id", float(drawable.object_id));
-    gl_.FrontFace(determinant > 0 ? GL_CW : GL_CCW);
+    gl_.FrontFace(drawable.is_mirrored ? GL_CCW : GL_CW);
     if (drawable.material->is_double_sided) {
       gl_.Disable(GL_CULL_FACE);
     } else {
@@ -88,10 +125,15 @@ class GBufferPass {
       gl_.BindBufferRange(GL_SHADER_STORAGE_BUFFER, kPlanesBinding, planes.id(), GLintptr(aligned * sizeof(glm::vec4)),
                           GLsizeiptr((first - aligned + count) * sizeof(glm::vec4)));
       program->Set("first_triangle", int(first - aligned));
-      RETURN_IF_ERROR(draw_.pacer->Charge(kMillisecondsPerTriangle * count));
-      gl_.DrawElementsBaseVertex(GL_TRIANGLES, GLsizei(3 * count), GL_UNSIGNED_INT,
-                                 reinterpret_cast<const void*>(3 * sizeof(uint32_t) * size_t(first)),
-                                 GLint(drawable.base_vertex));
+      const uint32_t instances_per_draw = kTrianglesPerDraw / count;
+      for (uint32_t drawn = 0; drawn < instance_count; drawn += instances_per_draw) {
+        const uint32_t instances = std::min(instances_per_draw, instance_count - drawn);
+        RETURN_IF_ERROR(draw_.pacer->Charge(kMillisecondsPerTriangle * count * instances));
+        gl_.DrawElementsInstancedBaseVertexBaseInstance(
+            GL_TRIANGLES, GLsizei(3 * count), GL_UNSIGNED_INT,
+            reinterpret_cast<const void*>(3 * sizeof(uint32_t) * size_t(first)), GLsizei(instances),
+            GLint(drawable.base_vertex), first_instance + drawn);
+      }
     }
     return absl::OkStatus();
   }
@@ -172,12 +214,57 @@ class GBufferPass {
   GLint buffer_alignment_ = 256;
 };
 
-// Camera-relative: the large numbers cancel in double, before anything is rounded.
-glm::dmat4 CameraFromMesh(const glm::dmat4& world_from_mesh, const Camera& camera) {
-  glm::dmat4 result = world_from_mesh;
-  result[3] -= glm::dvec4(camera.eye_ws, 0);
-  return result;
-}
+// What the camera may see, gathered by mesh: of a run of triangles all instances are drawn at once. Surfaces at the
+// same depth are seen in the order of meshes, then of triangles, then of instances.
+class SceneBatch {
+ public:
+  SceneBatch(const FlatScene& scene, const SceneOnContext& on_context, bool with_materials)
+      : scene_(scene), on_context_(on_context), with_materials_(with_materials) {}
+
+  bool IsFull() const { return count_ >= kMostInstances; }
+
+  void Add(uint32_t mesh, const TriangleRun& run, const InstanceAttributes& attributes) {
+    instances_[{mesh, attributes.IsMirrored(), run.first, run.count}].push_back(attributes);
+    ++count_;
+  }
+
+  // Leaves it empty.
+  absl::Status Draw(const gl::Context& context, GBufferPass& pass) {
+    std::vector<InstanceAttributes> all;
+    all.reserve(count_);
+    for (const auto& [key, instances] : instances_) all.insert(all.end(), instances.begin(), instances.end());
+    if (all.empty()) return absl::OkStatus();
+    ASSIGN_OR_RETURN(const gl::Buffer buffer, gl::Buffer::Create(context, all));
+    context.gl().BindVertexArray(on_context_.vertex_array().id());
+    SetInstances(on_context_.vertex_array(), buffer);
+    uint32_t first_instance = 0;
+    for (const auto& [key, instances] : instances_) {
+      const auto& [mesh_index, is_mirrored, first, count] = key;
+      const Mesh& mesh = scene_.meshes[mesh_index];
+      Drawable drawable;
+      drawable.material = &scene_.materials[mesh.material];
+      drawable.is_masked = scene_.SeenCoverageOf(mesh) == MaskCoverage::kTested;
+      if (with_materials_ || drawable.is_masked) drawable.textures = &on_context_.textures(mesh.material);
+      drawable.is_mirrored = is_mirrored;
+      drawable.first_triangle = mesh.first_index / 3 + first;
+      drawable.triangle_count = count;
+      drawable.base_vertex = mesh.first_vertex;
+      RETURN_IF_ERROR(pass.Draw(drawable, on_context_.triangle_planes(), first_instance, uint32_t(instances.size())));
+      first_instance += uint32_t(instances.size());
+    }
+    instances_.clear();
+    count_ = 0;
+    return absl::OkStatus();
+  }
+
+ private:
+  const FlatScene& scene_;
+  const SceneOnContext& on_context_;
+  bool with_materials_;
+  // Of mesh, is_mirrored, first triangle, number of triangles.
+  std::map<std::tuple<uint32_t, bool, uint32_t, uint32_t>, std::vector<InstanceAttributes>> instances_;
+  size_t count_ = 0;
+};
 
 absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const RenderRequest& request, uint32_t object_id) {
   const gl::Context& context = *draw.context;
@@ -196,13 +283,15 @@ absl::Status DrawGround(const DrawContext& draw, GBufferPass& pass, const Render
   vertex_array.SetFloats(0, 3, position_buffer.id());
   gl.VertexArrayElementBuffer(vertex_array.id(), index_buffer.id());
   gl.BindVertexArray(vertex_array.id());
+  const std::vector<InstanceAttributes> instances = {
+      *pass.Attributes(glm::translate(glm::dmat4(1), center), true, object_id)};
+  ASSIGN_OR_RETURN(const gl::Buffer instance_buffer, gl::Buffer::Create(context, instances));
+  SetInstances(vertex_array, instance_buffer);
   Drawable ground;
-  ground.camera_from_mesh = CameraFromMesh(glm::translate(glm::dmat4(1), center), request.camera);
   const Material material = GroundMaterial();
   ground.material = &material;
   ground.triangle_count = 2;
-  ground.object_id = object_id;
-  return pass.Draw(ground, plane_buffer);
+  return pass.Draw(ground, plane_buffer, 0, 1);
 }
 
 }  // namespace
@@ -244,30 +333,22 @@ absl::StatusOr<GBuffer> DrawGBuffer(const DrawContext& draw, const FlatScene& sc
   SetAbsentAttributes(context);
   GBufferPass pass(draw, request, channels.materials);
   RETURN_IF_ERROR(draw.pacer->Charge(kMillisecondsPerPixel * request.width * request.height));
-  gl.BindVertexArray(on_context.vertex_array().id());
+  SceneBatch batch(scene, on_context, channels.materials);
   const double aspect = double(request.width) / request.height;
   for (const Instance& instance : pose.instances) {
     if (!instance.is_visible) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
-    const MaskCoverage coverage = scene.SeenCoverageOf(mesh);
-    if (coverage == MaskCoverage::kNothing) continue;
-    Drawable drawable;
-    drawable.camera_from_mesh = CameraFromMesh(instance.world_from_mesh, request.camera);
-    drawable.material = &scene.materials[mesh.material];
-    drawable.is_masked = coverage == MaskCoverage::kTested;
-    if (channels.materials || drawable.is_masked) drawable.textures = &on_context.textures(mesh.material);
-    drawable.receives = instance.receives;
-    drawable.base_vertex = mesh.first_vertex;
-    drawable.object_id = instance.node + 1;
+    if (scene.SeenCoverageOf(mesh) == MaskCoverage::kNothing) continue;
+    const auto attributes = pass.Attributes(instance.world_from_mesh, instance.receives, instance.node + 1);
     gbuffer.triangles_out_of_view += mesh.TriangleCount();
     for (const TriangleRun& run : SeenTriangles(scene, instance, request.camera, aspect)) {
-      drawable.first_triangle = mesh.first_index / 3 + run.first;
-      drawable.triangle_count = run.count;
-      RETURN_IF_ERROR(pass.Draw(drawable, on_context.triangle_planes()));
+      if (attributes) batch.Add(instance.mesh, run, *attributes);
       gbuffer.triangles_drawn += run.count;
       gbuffer.triangles_out_of_view -= run.count;
     }
+    if (batch.IsFull()) RETURN_IF_ERROR(batch.Draw(context, pass));
   }
+  RETURN_IF_ERROR(batch.Draw(context, pass));
   if (request.ground) RETURN_IF_ERROR(DrawGround(draw, pass, request, GroundId(scene)));
   gl.Disable(GL_CULL_FACE);
   gl.Disable(GL_DEPTH_TEST);

@@ -3,13 +3,13 @@ layout(std430, binding = 0) readonly buffer Triangles {
   vec4 planes[];  // mesh frame: unit normal, offset from the mesh's origin
 };
 
-uniform mat4 camera_from_mesh;  // world axes, origin at the eye
-uniform mat3 normal_from_mesh;  // inverse transpose
+flat in mat3x4 camera_from_mesh_transposed;  // world axes, origin at the eye
+// Inverse transpose; w of its columns: of the vertices, 2 for what does not receive (common/receiver.glsl) and else 1,
+// object id.
+flat in mat3x4 normal_from_mesh;
 uniform int first_triangle;
 uniform bool is_orthographic;
 uniform vec3 forward;
-uniform float plane_scale;  // 2 for what does not receive (common/receiver.glsl), else 1
-uniform float object_id;
 
 layout(location = 0) out vec4 receiver_plane;
 layout(location = 7) out float out_object_id;  // dropped where no output needs it
@@ -48,16 +48,16 @@ uniform float occlusion_strength;
 
 void main() {
   vec4 plane = planes[first_triangle + gl_PrimitiveID];
-  vec3 normal = normalize(normal_from_mesh * plane.xyz);
-  vec3 point = (camera_from_mesh * vec4(plane.xyz * plane.w, 1.0)).xyz;
+  vec3 normal = normalize(mat3(normal_from_mesh) * plane.xyz);
+  vec3 point = transpose(camera_from_mesh_transposed) * vec4(plane.xyz * plane.w, 1.0);
   float offset = dot(normal, point);
   bool is_turned_away = is_orthographic ? dot(normal, forward) > 0.0 : offset > 0.0;
   if (is_turned_away) {
     normal = -normal;
     offset = -offset;
   }
-  receiver_plane = vec4(normal, offset) * plane_scale;
-  out_object_id = object_id;
+  receiver_plane = vec4(normal, offset) * normal_from_mesh[1].w;
+  out_object_id = normal_from_mesh[2].w;
 #ifdef HAS_MATERIAL
   // glTF: without a normal the geometric one shades; seen from behind, the normal turns round.
   float len = length(shading_normal);

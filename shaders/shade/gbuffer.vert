@@ -2,7 +2,6 @@
 layout(location = 0) in vec3 position_ms;  // relative to the mesh's origin
 #ifdef HAS_MATERIAL
 layout(location = 1) in vec3 normal_ms;
-uniform mat3 normal_from_mesh;
 out vec3 shading_normal;
 #endif
 #if defined(HAS_MATERIAL) || defined(HAS_MASK)
@@ -14,25 +13,31 @@ out vec4 vertex_color;
 #endif
 #ifdef HAS_MAPS
 layout(location = 4) in vec4 tangent_ms;
-uniform mat4 camera_from_mesh;
-uniform float handedness;  // -1: the mesh is mirrored
 out vec4 tangent;
 out vec3 position;
 #endif
 
-uniform mat4 clip_from_mesh;
+// Of the instance.
+layout(location = 6) in mat4 clip_from_mesh;
+layout(location = 10) in mat3x4 camera_from_mesh_rows;  // world axes, origin at the eye
+layout(location = 13) in mat3x4 normal_from_mesh_etc;   // columns; w: -1 where mirrored, scale of planes, object id
+flat out mat3x4 camera_from_mesh_transposed;
+flat out mat3x4 normal_from_mesh;
 
 void main() {
+  camera_from_mesh_transposed = camera_from_mesh_rows;
+  normal_from_mesh = normal_from_mesh_etc;
   gl_Position = clip_from_mesh * vec4(position_ms, 1.0);
 #ifdef HAS_MATERIAL
-  shading_normal = normal_from_mesh * normal_ms;
+  shading_normal = mat3(normal_from_mesh_etc) * normal_ms;
 #endif
 #if defined(HAS_MATERIAL) || defined(HAS_MASK)
   texcoords = vec4(texcoord0_in, texcoord1_in);
   vertex_color = vertex_color_in;
 #endif
 #ifdef HAS_MAPS
-  tangent = vec4(mat3(camera_from_mesh) * tangent_ms.xyz, tangent_ms.w * handedness);
-  position = (camera_from_mesh * vec4(position_ms, 1.0)).xyz;
+  mat4x3 camera_from_mesh = transpose(camera_from_mesh_rows);
+  tangent = vec4(mat3(camera_from_mesh) * tangent_ms.xyz, tangent_ms.w * normal_from_mesh_etc[0].w);
+  position = camera_from_mesh * vec4(position_ms, 1.0);
 #endif
 }
