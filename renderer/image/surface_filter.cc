@@ -3,17 +3,13 @@
 #include <algorithm>
 
 namespace halfshade {
-namespace {
-
-bool AreOneSurface(const Surfaces& surfaces, size_t a, size_t b) {
-  return AreOneSurface(surfaces.normals[a], surfaces.points[a], surfaces.normals[b], surfaces.points[b]);
-}
-
-}  // namespace
 
 Image FilterAlongSurfaces(const Image& values, const Surfaces& surfaces, int radius) {
   Image result = values;
   const int width = values.width(), height = values.height();
+  const auto are_one_surface = [&](size_t a, size_t b) {
+    return AreOneSurface(surfaces.normals[a], surfaces.points[a], surfaces.normals[b], surfaces.points[b]);
+  };
   for (int y = 0; y < height; ++y) {
     const int top = std::max(0, y - radius), bottom = std::min(height - 1, y + radius);
     for (int x = 0; x < width; ++x) {
@@ -31,7 +27,7 @@ Image FilterAlongSurfaces(const Image& values, const Surfaces& surfaces, int rad
       for (int j = top; j <= bottom; ++j) {
         for (int i = left; i <= right; ++i) {
           const size_t other = size_t(j) * width + i;
-          if (other == middle || !AreOneSurface(surfaces, middle, other)) continue;
+          if (other == middle || !are_one_surface(middle, other)) continue;
           sum += values.data()[other];
           ++count;
         }

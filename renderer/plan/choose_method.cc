@@ -44,7 +44,7 @@ MethodChoice Ray(const MethodFacts& facts, double max_error) {
 }
 
 MethodChoice FilteredRay(const MethodFacts& facts, double max_error) {
-  const int rays = FilteredRaysFor(facts, max_error);
+  const int rays = FilteredRaysFor(facts, Wanted(max_error));
   return MakeChoice(facts, "filtered ray", RayOptions{.rays = rays, .is_filtered = true},
                     FilteredRayError(facts, rays));
 }

@@ -25,7 +25,7 @@ constexpr double kShaftSparse = 0.8;
 constexpr double kRayPerTriangle = 1e-3;
 constexpr double kRayPerRay = 1.6e-6;  // times the logarithm of the triangles
 // Filtered ones: what every pixel pays, and each ray of all pixels, though penumbra alone has more than the first.
-constexpr double kFilteredPerReceiver = 1.3e-4, kFilteredPerRay = 1.2e-6;
+constexpr double kFilteredPerReceiver = 2.2e-4, kFilteredPerRay = 2.8e-6;
 constexpr double kRayAdaptiveShare = 0.2;  // of the rays of every receiver: penumbra pays
 // A map: its triangles, its texels, and a receiver that asks it.
 constexpr double kMapPerTriangle = 2e-4, kMapPerTexel = 1e-6, kMapPerReceiver = 2.8e-5;
