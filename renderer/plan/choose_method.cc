@@ -43,12 +43,6 @@ MethodChoice Ray(const MethodFacts& facts, double max_error) {
   return MakeChoice(facts, "ray", RayOptions{.rays = rays}, RayError(facts, rays));
 }
 
-MethodChoice FilteredRay(const MethodFacts& facts, double max_error) {
-  const int rays = FilteredRaysFor(facts, Wanted(max_error));
-  return MakeChoice(facts, "filtered ray", RayOptions{.rays = rays, .is_filtered = true},
-                    FilteredRayError(facts, rays));
-}
-
 // The methods that know how wide penumbrae are.
 MethodChoice PenumbraWidths(const MethodFacts& facts) {
   SssmOptions options;
@@ -90,7 +84,6 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
   }
   candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
-  candidates.push_back(FilteredRay(facts, max_error));
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const MethodChoice& a, const MethodChoice& b) { return a.frame_ms < b.frame_ms; });
   return candidates;
@@ -200,10 +193,6 @@ bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* op
     return true;
   }
   if (auto* ray = std::get_if<RayOptions>(options)) {
-    if (ray->is_filtered && ray->rays > kMostFilteredRays / 4) {
-      *ray = RayOptions{.rays = RaysFor(facts, half)};
-      return true;
-    }
     if (ray->rays > kMostRays / 4) return false;
     ray->rays *= 4;
     return true;

@@ -41,7 +41,7 @@ inline constexpr double kDefaultMaxError = 0.002;
 absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t receivers, RenderRequest* request);
 
 // What to draw after a picture that broke max_error: shaft once more at half of it, then rays, which take four times as
-// many until there are no more (false); filtered ones up to kMostFilteredRays, then plain ones take their place.
+// many until there are no more (false).
 bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options);
 
 // What AUTO draws where its method has no room for its light data: rays for the same error. False: it has no other.

@@ -40,12 +40,10 @@ constexpr int kMostSsmMap = 512;
 constexpr double kShaftErrorOfRow = 0.03;
 constexpr int kMostRows = 64;
 constexpr double kRayErrorOfRay = 0.2, kRayRate = 0.7;
-constexpr double kFilteredErrorOfRay = 0.032, kFilteredRate = 0.46;
-constexpr double kFilteredPixels = 16;  // that share rays
 // Fitted to 200 scenes, lights and cameras at random (tests/accuracy/auto_gl_test), held against 200 others.
 constexpr double kShaftErrorOfTold = 0.85;
 // Where all is masked, leaves upon leaves, they are so many times as large.
-constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6, kClutteredFilter = 3.3;
+constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
 constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
 // Of BLEND samples are coin tosses (scene/blend.h): mean |error| of one, sqrt(2 / pi) times the mean of sqrt(a (1 - a))
 // over all a, pi / 8.
@@ -209,17 +207,6 @@ double RayError(const MethodFacts& facts, int rays) {
 int RaysFor(const MethodFacts& facts, double max_error) {
   int rays = 16;
   while (rays < kMostRays && RayError(facts, rays) > max_error) rays *= 2;
-  return rays;
-}
-
-double FilteredRayError(const MethodFacts& facts, int rays) {
-  return Clutter(facts, kClutteredFilter) * kFilteredErrorOfRay * std::pow(rays, -kFilteredRate) +
-         BlendNoise(facts, kFilteredPixels * rays);
-}
-
-int FilteredRaysFor(const MethodFacts& facts, double max_error) {
-  int rays = 1;
-  while (rays < kMostFilteredRays && FilteredRayError(facts, rays) > max_error) rays *= 2;
   return rays;
 }
 

@@ -50,10 +50,6 @@ int ShaftRowsFor(const MethodFacts& facts, double max_error);  // 8 to 64, at mo
 double RayError(const MethodFacts& facts, int rays);
 int RaysFor(const MethodFacts& facts, double max_error);  // 16 to kMostRays, a power of two
 inline constexpr int kMostRays = 65536;
-// Of rays that pixels share (RayOptions::is_filtered): 1 to kMostFilteredRays, a power of two. What blurs stays.
-double FilteredRayError(const MethodFacts& facts, int rays);
-int FilteredRaysFor(const MethodFacts& facts, double max_error);
-inline constexpr int kMostFilteredRays = 64;
 inline constexpr double kSssmError = 0.03;
 // What a picture is off by, of what its method's samples say (picture_error.h).
 double ErrorOfTold(const MethodOptions& options);

@@ -165,16 +165,6 @@ TEST(ChooseMethodTest, AfterABreachShaftHalvesItsErrorThenRaysTakeOverUntilThere
   EXPECT_FALSE(MakeMoreExact(facts, 0.001, &options));
 }
 
-TEST(ChooseMethodTest, AfterABreachFilteredRaysTakeFourTimesAsManyAndThenEachPixelItsOwn) {
-  MethodOptions options = RayOptions{.rays = 16, .is_filtered = true};
-  EXPECT_TRUE(MakeMoreExact(Facts(6000), 0.01, &options));
-  EXPECT_TRUE(std::get<RayOptions>(options).is_filtered);
-  EXPECT_EQ(std::get<RayOptions>(options).rays, 64);
-  EXPECT_TRUE(MakeMoreExact(Facts(6000), 0.01, &options));
-  EXPECT_FALSE(std::get<RayOptions>(options).is_filtered) << "what blurs would stay";
-  EXPECT_EQ(std::get<RayOptions>(options).rays, RaysFor(Facts(6000), 0.005));
-}
-
 TEST(ChooseMethodTest, RaysThatTakeAnothersPlaceAreAsManyAsMasksWant) {
   for (const double masked_share : {0.0, 1.0}) {
     const MethodFacts facts = Facts(6000, masked_share);
@@ -184,20 +174,6 @@ TEST(ChooseMethodTest, RaysThatTakeAnothersPlaceAreAsManyAsMasksWant) {
     ASSERT_TRUE(MakeMoreExact(facts, 0.004, &exact));
     EXPECT_LE(RayError(facts, std::get<RayOptions>(exact).rays), 0.002) << masked_share;
   }
-}
-
-TEST(ChooseMethodTest, FilteredRaysTakeDenseMeshesAtCoarseErrors) {
-  const auto is_filtered = [](uint64_t triangles, double max_error) {
-    const auto choice = ChooseMethod(Facts(triangles), {.max_error = max_error});
-    EXPECT_OK(choice);
-    const auto* ray = choice.ok() ? std::get_if<RayOptions>(&choice->options) : nullptr;
-    return ray != nullptr && ray->is_filtered;
-  };
-  EXPECT_TRUE(is_filtered(70'000, 0.03));
-  EXPECT_FALSE(is_filtered(70'000, 0.01)) << "so many of them are dearer than rows";
-  EXPECT_FALSE(is_filtered(70'000, 0.002)) << "what it blurs is more than that";
-  EXPECT_FALSE(is_filtered(100, 0.03)) << "lists are short";
-  EXPECT_FALSE(is_filtered(2000, 0.01));
 }
 
 TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
