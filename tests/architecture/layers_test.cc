@@ -111,7 +111,7 @@ const std::vector<Foreign> kForeign = {
       "renderer/renderer.", "renderer/frame.", "renderer/light_layers.", "renderer/light_view.", "renderer/seen_view.",
       "renderer/passes.", "renderer/prepare_light.", "renderer/query.", "renderer/soft_shadow_map.",
       "renderer/warm_up.", "server/", "client/"}},
-    {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_light"}},
+    {{"embree"}, {"renderer/scene/ray_", "renderer/light/trace_"}},
     {{"tbb/"}, {"renderer/scene/ray_", "renderer/light/parallel_for", "renderer/shadow/pdsm/"}},
     {{"hwy/"}, {"renderer/shadow/pdsm/", "renderer/shadow/shaft/", "renderer/shadow/ssm/"}},
     {{"meshoptimizer"}, {"renderer/scene/mesh_levels", "renderer/scene_loader/decompress.cc"}},
