@@ -118,12 +118,12 @@ absl::StatusOr<gl::ObjectCache<LightData>::Pointer> PrepareLight(const DrawConte
   if (is_hit) {
     report.passes.push_back(SkippedPass(pass, "cached"));
   } else {
-    caches.light_data.MakeRoom(needs.light_data_bytes);
     LightInputs inputs;
     inputs.light = side;
     inputs.seed = source.request.seed;
     inputs.light_cache_bytes = caches.light_data.max_bytes();
     inputs.max_light_data_bytes = inputs.light_cache_bytes / source.computed_lights;
+    caches.light_data.MakeRoom(std::min(needs.light_data_bytes, inputs.max_light_data_bytes));
     if (needs.ray_scene) {
       ASSIGN_OR_RETURN(inputs.ray_scene, PrepareRayScene(draw, source, caches, report));
     }

@@ -233,7 +233,7 @@ TEST(SettleMethodTest, DecidesByInstancesWithoutATriangle) {
   ASSERT_OK(SettleMethod(scene, *pose, 640 * 360, &emptied));
   EXPECT_EQ(emptied.method_reason, request.method_reason);
   EXPECT_EQ(emptied.predicted_cpu_ms, request.predicted_cpu_ms);
-  EXPECT_EQ(MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), 0.005).size(), 3u);
+  EXPECT_EQ(MethodCandidates(FactsForMethod(scene, *pose, request, 640 * 360), 0.005).size(), 2u);
 }
 
 }  // namespace
