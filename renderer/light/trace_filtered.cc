@@ -19,8 +19,9 @@ namespace {
 constexpr int kSide = 4;  // pixels of a block
 constexpr int kPixels = kSide * kSide;
 static_assert(kPixels == RayPacket::kSegments);
-constexpr int kReach = 2;     // of the mean, pixels to each side
-constexpr int kTileSide = 4;  // blocks of a tile: in a row by one thread
+constexpr int kReach = 2;            // of the mean, pixels to each side
+constexpr int kTileSide = 4;         // blocks of a tile: in a row by one thread
+constexpr int kMostRoundRays = 256;  // of a pixel: about 2 ms of a tile, stays below the stop check's period
 constexpr float kWeights[kReach + 1] = {1, 1, 0.5f};
 constexpr float kNarrowWeights[kReach + 1] = {1, 0.5f, 0};  // over 2 x 2 pixels' worth, with a third of the blur
 constexpr float kErrorRate = 0.7f;                          // of stratified rays, as ExpectedTraceError
@@ -101,13 +102,17 @@ class FilteredTracer {
     }
     RETURN_IF_ERROR(ForBlocks(
         [&](int column, int row) {
-          if (IsMixed(column, row)) {
-            TraceBlock(column, row, first, options_.rays);
-          } else {
-            Weigh(column, row, options_.rays / first);
-          }
+          if (!IsMixed(column, row)) Weigh(column, row, options_.rays / first);
         },
         stop));
+    for (int begin = first; begin < options_.rays; begin += kMostRoundRays) {
+      const int end = std::min(begin + kMostRoundRays, options_.rays);
+      RETURN_IF_ERROR(ForBlocks(
+          [&](int column, int row) {
+            if (IsMixed(column, row)) TraceBlock(column, row, begin, end);
+          },
+          stop));
+    }
     result_.hidden.resize(pixels_.size());
     result_.errors.resize(pixels_.size());
     RETURN_IF_ERROR(ForBlocks([&](int column, int row) { FilterBlock(column, row); }, stop));
