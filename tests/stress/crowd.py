@@ -22,10 +22,10 @@ import sys
 import tempfile
 import threading
 import time
-import urllib.request
 
 import grpc
 import halfshade
+from daemon import Daemon
 from halfshade.v1 import render_pb2_grpc
 
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
@@ -33,25 +33,14 @@ HALF_A_MESSAGE = PREFACE + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0]) + bytes([0, 1, 0, 
 PUSHBACK = "grpc-retry-pushback-ms"
 
 
-class Server:
-    def __init__(self, build, *flags):
-        self.process = subprocess.Popen([build / "server/halfshaded", "--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", "--log-level",
-                                         "off", "--result-cache-mb", "0", *flags], stdout=subprocess.PIPE, text=True)
-        words = dict(word.split("=") for word in self.process.stdout.readline().split()[1:])
-        self.address, self.http = words["grpc"], words["http"]
+def start(build, *flags):
+    return Daemon(build, "--log-level", "off", "--result-cache-mb", "0", *flags)
 
-    def __enter__(self):
-        return self
 
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait()
-
-    def refused_within(self, bound):
-        """How many renders were refused within `bound` seconds of their arrival, one of the histogram's."""
-        text = urllib.request.urlopen(f"http://{self.http}/metrics").read().decode()
-        begin = f'halfshade_call_seconds_bucket{{code="RESOURCE_EXHAUSTED",rpc="Render",le="{bound}"}}'
-        return sum(int(float(line.split()[-1])) for line in text.splitlines() if line.startswith(begin))
+def refused_within(daemon, bound):
+    """How many renders were refused within `bound` seconds of their arrival, one of the histogram's."""
+    name = f'halfshade_call_seconds_bucket{{code="RESOURCE_EXHAUSTED",rpc="Render",le="{bound}"}}'
+    return int(sum(daemon.metrics(name).values()))
 
 
 def stub_of(address, client):
@@ -83,7 +72,7 @@ def good_client_ms(stub, scene, count, first_seed):
 
 
 def beside_slow_clients(build, scene_file, count, connections):
-    with Server(build) as server:
+    with start(build) as server:
         scene = halfshade.connect(server.address).upload(scene_file)
         stub = stub_of(server.address, 0)
         good_client_ms(stub, scene, count, 0)  # what is drawn first is slow
@@ -130,7 +119,7 @@ def be_a_crowd(address, scene, first, clients, end, nice):
 
 
 def refused_in_a_crowd(build, scene_file, crowd, seconds):
-    with Server(build, "--queue", "8") as server:
+    with start(build, "--queue", "8") as server:
         scene = halfshade.connect(server.address).upload(scene_file)
         end = time.monotonic() + seconds
         spawn = multiprocessing.get_context("spawn")  # gRPC's threads outlive no fork
@@ -151,8 +140,8 @@ def refused_in_a_crowd(build, scene_file, crowd, seconds):
             time.sleep(0.01)
         for process in asking:
             process.join()
-        total = server.refused_within("+Inf")
-        shares = ", ".join(f"{100 * server.refused_within(bound) / total:.1f} % within {1e3 * float(bound):.0f} ms"
+        total = refused_within(server, "+Inf")
+        shares = ", ".join(f"{100 * refused_within(server, bound) / total:.1f} % within {1e3 * float(bound):.0f} ms"
                            for bound in ("0.001", "0.002", "0.005", "0.01"))
         print(f"{crowd} clients: of its renders one more client was refused {len(refusals)}, {without_pushback} without push-back;"
               f" p99 {percentile99(refusals):.1f} ms" if refusals else "nothing was refused: no overload")

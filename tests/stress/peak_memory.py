@@ -19,7 +19,8 @@ import subprocess
 import sys
 import tempfile
 import time
-import urllib.request
+
+from daemon import Daemon
 
 SCENES = ["S1", "S2", "S3", "S4", "S5", "S6", "S7", "S8", "plant", "colonnade"]
 METHODS = ["hard", "multi_map", "pcss", "sssm", "ssm", "pdsm", "ray", "shaft"]
@@ -28,20 +29,9 @@ LIGHT_SHARES = [0.2, 0.5]
 RESOURCE_EXHAUSTED = 75  # exit code of halfshade
 
 
-class Server:
+class Server(Daemon):
     def __init__(self, build, flags):
-        caches = [f"--{name}-mb={mb}" for name, mb in CACHE_MB.items()]
-        self.process = subprocess.Popen([build / "server/halfshaded", "--listen", "127.0.0.1:0", "--http", "127.0.0.1:0",
-                                         "--log-level", "warn", *caches, *flags], stdout=subprocess.PIPE, text=True)
-        words = dict(word.split("=") for word in self.process.stdout.readline().split()[1:])
-        self.address, self.http = words["grpc"], words["http"]
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait()
+        super().__init__(build, "--log-level", "warn", *(f"--{name}-mb={mb}" for name, mb in CACHE_MB.items()), *flags)
 
     def memory_mb(self, field):
         """VmRSS, what it has; VmHWM, the most it had since forget_peak."""
@@ -58,9 +48,7 @@ class Server:
 
     def caches_mb(self):
         """Those of contexts, which have no flag of their own each, among them."""
-        text = urllib.request.urlopen(f"http://{self.http}/metrics").read().decode()
-        lines = [line for line in text.splitlines() if line.startswith("halfshade_cache_bytes")]
-        return {line.split('"')[1]: float(line.split()[-1]) / 1e6 for line in lines}
+        return {name.split('"')[1]: value / 1e6 for name, value in self.metrics("halfshade_cache_bytes").items()}
 
 
 class Renders:
