@@ -106,6 +106,23 @@ uint64_t LightDataBytes(const v1::RenderReport& report) {
   return 0;
 }
 
+// What the method keeps of the scene, whatever the light.
+bool IsOfScene(const std::string& name) { return name == "scene_data" || name == "ray_scene"; }
+
+double SceneDataMs(const v1::RenderReport& report) {
+  for (const v1::Pass& pass : report.passes()) {
+    if (IsOfScene(pass.name())) return pass.ms();
+  }
+  return 0;
+}
+
+double SceneDataBytes(const v1::RenderReport& report) {
+  for (const v1::Cache& cache : report.caches()) {
+    if (IsOfScene(cache.name())) return double(cache.bytes());
+  }
+  return 0;
+}
+
 // The warming shot of a row: its error, and what it skips.
 absl::Status Judge(const Shot& shot, const CaseResult& result, Row* row) {
   const Image& reference = result.reference;
@@ -166,6 +183,7 @@ void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_erro
   const auto base = PrepareStep(client, step.bench_case, measures_error, effort);
   std::vector<std::vector<double>> cpu_ms(curves->size()), light_ms(curves->size());
   std::vector<uint64_t> light_bytes(curves->size(), 0);
+  std::vector<double> scene_ms(curves->size(), 0), scene_bytes(curves->size(), 0);
   for (int repetition = 0; repetition <= effort.repetitions; ++repetition) {
     for (size_t i = 0; i < curves->size(); ++i) {
       Curve& curve = (*curves)[i];
@@ -178,6 +196,10 @@ void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_erro
           cpu_ms[i].push_back(shot.report.timing().cpu_ms());
           light_ms[i].push_back(shot.report.timing().light_ms());
           light_bytes[i] = LightDataBytes(shot.report);
+        }
+        if (repetition == 0) {
+          scene_ms[i] = SceneDataMs(shot.report);
+          scene_bytes[i] = SceneDataBytes(shot.report);
         }
         if (repetition > 0 || !measures_error) return absl::OkStatus();
         ASSIGN_OR_RETURN(const ImageError error, Compare(base->truth.reference, shot.visibility, &base->truth.mask));
@@ -196,6 +218,8 @@ void MeasureStep(Client& client, const CurvePlan::Step& step, bool measures_erro
     curve.cpu_ms.push_back(std::max(0.1, Median(cpu_ms[i]) - base->primary_cpu_ms));
     curve.light_ms.push_back(Median(light_ms[i]));
     curve.light_bytes.push_back(double(light_bytes[i]));
+    curve.scene_ms.push_back(scene_ms[i]);
+    curve.scene_bytes.push_back(scene_bytes[i]);
   }
 }
 

@@ -105,6 +105,8 @@ struct Curve {
   std::vector<double> cpu_ms;        // shadow cost
   std::vector<double> light_ms;      // wall: light data, of all lights
   std::vector<double> light_bytes;   // light data of the first light; 0: none
+  std::vector<double> scene_ms;      // wall: what the method keeps of the scene, 0 where another setting had it made
+  std::vector<double> scene_bytes;   // 0: nothing
   double exponent = 0;               // of the power law through them
   std::vector<double> mae_shadowed;  // empty unless measured
 };

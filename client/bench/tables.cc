@@ -187,11 +187,14 @@ std::string ToTable(const Results& results) {
     }
     absl::StrAppendFormat(&text, "exponent %.2f", curve.exponent);
     if (curve.work != "triangles" || curve.light_bytes.empty()) continue;
-    text += "; light data, bytes and wall us a triangle:";
-    for (size_t i = 0; i < curve.x.size(); ++i) {
-      absl::StrAppendFormat(&text, " %.0f %.2f", curve.light_bytes[i] / curve.x[i],
-                            1e3 * curve.light_ms[i] / curve.x[i]);
-    }
+    const auto append_each = [&](const char* of_what, const std::vector<double>& bytes, const std::vector<double>& ms) {
+      absl::StrAppend(&text, "; ", of_what, ", bytes and wall us a triangle:");
+      for (size_t i = 0; i < curve.x.size(); ++i) {
+        absl::StrAppendFormat(&text, " %.0f %.2f", bytes[i] / curve.x[i], 1e3 * ms[i] / curve.x[i]);
+      }
+    };
+    append_each("light data", curve.light_bytes, curve.light_ms);
+    append_each("kept of the scene", curve.scene_bytes, curve.scene_ms);
   }
   text += "\n";
   if (!results.judged.empty()) text += FractionsToTable(results);
@@ -251,6 +254,8 @@ std::string ToJsonText(const Results& results) {
                               {"shadow_cpu_ms", curve.cpu_ms},
                               {"light_ms", curve.light_ms},
                               {"light_data_bytes", curve.light_bytes},
+                              {"scene_data_ms", curve.scene_ms},
+                              {"scene_data_bytes", curve.scene_bytes},
                               {"exponent", curve.exponent},
                               {"mae_shadowed", curve.mae_shadowed}});
   }

@@ -64,9 +64,12 @@ TEST(TablesTest, ACurveOfTrianglesTellsLightDataOfEach) {
   Curve& curve = results.curves[0];
   curve.light_ms = {0.02, 0.1};
   curve.light_bytes = {1000, 12000};
+  curve.scene_ms = {0.05, 0.3};
+  curve.scene_bytes = {500, 7000};
   EXPECT_THAT(ToTable(results), Not(HasSubstr("a triangle")));
   curve.work = "triangles";
   EXPECT_THAT(ToTable(results), HasSubstr("light data, bytes and wall us a triangle: 100 2.00 120 1.00"));
+  EXPECT_THAT(ToTable(results), HasSubstr("kept of the scene, bytes and wall us a triangle: 50 5.00 70 3.00"));
   EXPECT_EQ(nlohmann::json::parse(ToJsonText(results))["curves"][0]["light_data_bytes"][1], 12000);
 }
 
