@@ -387,7 +387,7 @@ class Frame {
   RenderReport report_;
 };
 
-absl::StatusOr<MethodFacts> FactsOf(const FlatScene& scene, const RenderRequest& request) {
+absl::StatusOr<MethodFacts> MethodFactsOf(const FlatScene& scene, const RenderRequest& request) {
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, request.scene_index, request.node_overrides));
   return FactsForMethod(scene, pose, request, ReceiverCount(request));
 }
@@ -435,7 +435,7 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
     Frame frame(draw, ltc, scene_name, scene, asked, decoder, &caches, &views);
     if (absl::Status drawn = frame.Draw(on_context); !drawn.ok()) {
       if (!absl::IsResourceExhausted(drawn) || !asked.is_auto) return drawn;
-      ASSIGN_OR_RETURN(const MethodFacts facts, FactsOf(scene, asked));
+      ASSIGN_OR_RETURN(const MethodFacts facts, MethodFactsOf(scene, asked));
       if (!MakeSmaller(facts, &asked.method)) return drawn;
       asked.method_reason += "; ray in its place: " + std::string(drawn.message());
       continue;
@@ -443,7 +443,7 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
     RenderResult result = frame.TakeResult();
     const std::string breach = FindBreach(result.report.error, request.budget);
     if (breach.empty()) return result;
-    ASSIGN_OR_RETURN(const MethodFacts facts, FactsOf(scene, asked));
+    ASSIGN_OR_RETURN(const MethodFacts facts, MethodFactsOf(scene, asked));
     if (!request.is_auto || !MakeMoreExact(facts, *request.budget.max_error, &asked.method)) {
       return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method);
     }
