@@ -1,5 +1,5 @@
 // Which polygons may stand between some receivers and the light. Included once per instruction set.
-#include "renderer/shadow/shaft/place-inl.h"
+#include "renderer/shadow/shaft/placed_polygons-inl.h"
 
 #if defined(HALFSHADE_SHAFT_QUERY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef HALFSHADE_SHAFT_QUERY_INL_H_
