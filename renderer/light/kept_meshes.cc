@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
-#include <utility>
+#include <string_view>
+#include <tuple>
 
 #include "renderer/math/light_frame.h"
 
@@ -18,7 +20,7 @@ class Geometries {
   // Ask once for each.
   uint32_t FirstLike(uint32_t index) {
     const Mesh& mesh = scene_.meshes[index];
-    std::vector<uint32_t>& firsts = by_size_[{mesh.vertex_count, mesh.index_count}];
+    std::vector<uint32_t>& firsts = alike_[{mesh.vertex_count, mesh.index_count, HashOf(mesh)}];
     const auto found = std::find_if(firsts.begin(), firsts.end(),
                                     [&](uint32_t first) { return AreEqual(mesh, scene_.meshes[first]); });
     if (found != firsts.end()) return *found;
@@ -27,6 +29,14 @@ class Geometries {
   }
 
  private:
+  size_t HashOf(const Mesh& mesh) const {
+    const auto hash = [](const auto* items, size_t count) {
+      return std::hash<std::string_view>()({reinterpret_cast<const char*>(items), count * sizeof(*items)});
+    };
+    return hash(&scene_.positions[mesh.first_vertex], mesh.vertex_count) ^
+           3 * hash(&scene_.indices[mesh.first_index], mesh.index_count);
+  }
+
   bool AreEqual(const Mesh& a, const Mesh& b) const {
     const auto positions = scene_.positions.begin();
     const auto indices = scene_.indices.begin();
@@ -36,7 +46,8 @@ class Geometries {
   }
 
   const FlatScene& scene_;
-  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> by_size_;
+  // By the numbers of vertices and indices, and the hash of them all: of many meshes of one size few are compared.
+  std::map<std::tuple<uint32_t, uint32_t, size_t>, std::vector<uint32_t>> alike_;
 };
 
 // Whether no direction is squeezed more than sixteenfold beside another, or somewhat more where only one is. The
