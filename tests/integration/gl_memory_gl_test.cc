@@ -149,6 +149,33 @@ TEST_F(GlMemoryTest, RayScenesOfAllContextsTogetherKeepToTheirFlag) {
   EXPECT_EQ(Caches()["ray_scene"].bytes(), 0u);
 }
 
+// Light data of SHAFT hold the scene's shapes, and count them: with them they go.
+TEST_F(GlMemoryTest, ShapesOfScenesKeepToTheirFlagAndGoWithTheirLights) {
+  ServerOptions options;
+  options.light_cache_mb = 4;
+  options.canary_ms = 3'600'000;  // it is drawn by SHAFT too
+  for (const uint64_t ray_scene_mb : {64, 6}) {
+    options.ray_scene_mb = ray_scene_mb;
+    server_.reset();
+    Start(options);
+    v1::RenderRequest request;
+    request.set_width(32);
+    request.set_height(32);
+    request.mutable_method()->mutable_shaft()->set_rows(8);
+    uint64_t one = 0;
+    for (const uint32_t triangles : {30'000, 31'000}) {
+      request.set_scene(AddScene(WriteGlb(halfshade::MakeScene("S6", {.triangles = triangles}).meshes)));
+      const uint64_t misses = Caches()["scene_data"].misses();
+      Render(request);
+      EXPECT_TRUE(Becomes([&] { return Caches()["scene_data"].misses() > misses; }));
+      if (one == 0) one = Caches()["scene_data"].bytes();
+    }
+    ASSERT_GT(one, 2u << 20) << "more than the bound, or nothing is tried; and two are more than fit as light data";
+    ASSERT_LT(one, 4u << 20);
+    EXPECT_EQ(Caches()["scene_data"].bytes() > one * 3 / 2, ray_scene_mb == 64);
+  }
+}
+
 // PDSM of a scene that outlives the server: the next one on the folder draws no maps for it, unless its file is
 // damaged.
 TEST_F(GlMemoryTest, TheNextServerOnTheFolderFindsThePdsm) {

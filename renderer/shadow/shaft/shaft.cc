@@ -33,8 +33,9 @@ struct ShaftLightData : LightData {
   std::vector<RayMask> masks;
   AreaLight light;
   uint32_t seed = 0;
+  // With what it holds of the scene, or the bound on that would bound nothing.
   uint64_t SizeBytes() const override {
-    uint64_t bytes = tree.SizeBytes();
+    uint64_t bytes = tree.SizeBytes() + scene_data->SizeBytes();
     for (const RayMask& mask : masks) bytes += mask.SizeBytes();
     return bytes;
   }
@@ -228,9 +229,8 @@ absl::StatusOr<std::unique_ptr<LightData>> ShaftMethod::BuildLightData(const Dra
   const uint64_t copied = occluders.triangles.indices.size() / 3;
   const auto check_room = [&](uint64_t bytes) {
     if (bytes <= inputs.light_cache_bytes) return absl::OkStatus();
-    return absl::ResourceExhaustedError("shaft: " + std::to_string(copied) + " triangles of their own take " +
-                                        std::to_string(bytes) +
-                                        " bytes of light data and more; the light cache holds " +
+    return absl::ResourceExhaustedError("shaft: its light data take " + std::to_string(bytes) + " bytes and more, " +
+                                        std::to_string(copied) + " triangles copied; the light cache holds " +
                                         std::to_string(inputs.light_cache_bytes) + "; ray has no such bound");
   };
   // Before any is made: two triangles are one polygon at best.
