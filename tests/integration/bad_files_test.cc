@@ -228,7 +228,7 @@ class BadUploadsTest : public testing::Test {
   std::unique_ptr<SceneCatalog> catalog_;
 };
 
-TEST_F(BadUploadsTest, GetWhatTheManifestSaysInTimeAndInMemory) {
+TEST_F(BadUploadsTest, GetWhatTheManifestSaysInItsMemory) {
   std::map<std::string, int> objections;
   const std::map<std::string, Argument> arguments = Arguments();
   std::set<std::string> argued;
@@ -246,18 +246,14 @@ TEST_F(BadUploadsTest, GetWhatTheManifestSaysInTimeAndInMemory) {
       EXPECT_TRUE(is_argued) << row.file << " " << objection << "; " << row.expect << " naming " << row.must_name
                              << ": " << outcome.status << "; warnings: " << outcome.warnings;
     }
-    // CPU time, which a loaded machine does not stretch. A bomb is what asks for more than it sends.
-    const double seconds = outcome.cpu_s;
-    const bool is_bomb = row.expect.find("RESOURCE_EXHAUSTED") != std::string::npos;
-    EXPECT_LT(seconds, is_bomb ? 2.5 : 1.0) << row.file;
     const double bound = 100 * double(outcome.bytes) + (256 << 20);
     // Task and answer are in memory files.
     const double memory =
         double((LoaderMb(outcome.bytes) << 20) + outcome.own_peak_bytes + outcome.bytes + outcome.answer_bytes);
     EXPECT_LT(memory, bound) << row.file;
-    if (seconds > slowest_s) slowest_file = row.file;
+    if (outcome.cpu_s > slowest_s) slowest_file = row.file;
     if (memory / bound > largest) largest_file = row.file;
-    slowest_s = std::max(slowest_s, seconds);
+    slowest_s = std::max(slowest_s, outcome.cpu_s);
     largest = std::max(largest, memory / bound);
   }
   EXPECT_EQ(rows_.size(), 702u);
