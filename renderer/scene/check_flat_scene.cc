@@ -130,7 +130,7 @@ class Checker {
     return IsIndexOrNone(it.parent, s_.nodes.size()) && IsFinite(glm::value_ptr(it.local), 16) &&
            IsRun(it.first_mesh, it.mesh_count, s_.meshes.size()) && IsIndexOrNone(it.camera, s_.cameras.size()) &&
            IsIndexOrNone(it.skin, s_.skins.size()) && IsRun(it.first_place, it.place_count, s_.places.size()) &&
-           IsRun(it.first_weight, it.weight_count, s_.morph_weights.size());
+           (it.skin < 0 || it.place_count == 0) && IsRun(it.first_weight, it.weight_count, s_.morph_weights.size());
   }
 
   // No node is its own ancestor.

@@ -60,14 +60,14 @@ struct Mesh {
 
 struct Node {
   std::string name;
-  int32_t parent = -1;       // -1: a root; a parent may stand after its child
-  glm::dmat4 local{1};       // column-major; TRS already multiplied
-  uint32_t first_mesh = 0;   // the glTF mesh's primitives are consecutive in FlatScene::meshes
-  uint32_t mesh_count = 0;   // 0: no mesh
-  int32_t camera = -1;       // into FlatScene::cameras
-  int32_t skin = -1;         // into FlatScene::skins: its meshes stand in world space (pose.h)
-  uint32_t first_place = 0;  // its meshes stand at each of these FlatScene::places; none: at the node once
-  uint32_t place_count = 0;
+  int32_t parent = -1;        // -1: a root; a parent may stand after its child
+  glm::dmat4 local{1};        // column-major; TRS already multiplied
+  uint32_t first_mesh = 0;    // the glTF mesh's primitives are consecutive in FlatScene::meshes
+  uint32_t mesh_count = 0;    // 0: no mesh
+  int32_t camera = -1;        // into FlatScene::cameras
+  int32_t skin = -1;          // into FlatScene::skins: its meshes stand in world space (pose.h)
+  uint32_t first_place = 0;   // its meshes stand at each of these FlatScene::places; none: at the node once
+  uint32_t place_count = 0;   // none where there is a skin
   uint32_t first_weight = 0;  // of morph targets, into FlatScene::morph_weights
   uint32_t weight_count = 0;
 };

@@ -159,6 +159,7 @@ TEST(CheckFlatSceneTest, NamesWhatIsNotValid) {
       {"nodes[0]", [](FlatScene& s) { s.nodes[0].camera = 1; }},
       {"nodes[1]", [](FlatScene& s) { s.nodes[1].skin = 1; }},
       {"nodes[0]", [](FlatScene& s) { s.nodes[0].place_count = 3; }},
+      {"nodes[1]", [](FlatScene& s) { s.nodes[1].place_count = 1; }},
       {"nodes[1]", [](FlatScene& s) { s.nodes[1].first_weight = 1; }},
       {"nodes[2]", [](FlatScene& s) { s.nodes[2].parent = 3; }},
       {"nodes[", [](FlatScene& s) { s.nodes[0].parent = 2; }},  // a ring
