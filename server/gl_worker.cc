@@ -8,7 +8,6 @@
 
 #include "renderer/calibrate.h"
 #include "renderer/status.h"
-#include "server/process_memory.h"
 
 namespace halfshade {
 namespace {
@@ -82,7 +81,6 @@ void GlWorker::Work(WorkerRenderer own) {
       }
     }
     Tidy(*own.renderer);
-    ReturnFreedMemory();
   }
 }
 

@@ -1,4 +1,9 @@
-// What this process has in memory, and how it gives back what it no longer needs. Linux, glibc. Thread-safe.
+// What this process has in memory. Linux. Thread-safe.
+//
+// What links the server allocates by jemalloc (unless sanitizers have an allocator of their own): in huge pages, since
+// a picture's maps and images are made anew each time, and a fault for every 4 KiB of them costs up to a third of it;
+// and freed memory goes back to the system within seconds, whoever is idle: what building a large light leaves would
+// else stay for good, and the next large thing, of another size, come on top of it.
 #pragma once
 
 #include <cstdint>
@@ -6,10 +11,5 @@
 namespace halfshade {
 
 uint64_t ResidentBytes();
-
-// Gives freed memory back to the system where it may have piled up: at most once a second, and where more is resident
-// than after the last time. The allocator keeps what it was given, for the next to ask; what building a large light
-// leaves would stay for good, and the next large thing, of another size, come on top of it. Call it between jobs.
-void ReturnFreedMemory();
 
 }  // namespace halfshade

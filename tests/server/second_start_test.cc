@@ -1,7 +1,6 @@
 // What a scene of a million triangles costs to read behind the fence, in time and memory, and to take from the store at
 // the next start.
 #include <gtest/gtest.h>
-#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -123,7 +122,7 @@ TEST_F(SecondStartTest, AMillionTrianglesTakeFarLessMemoryThanTheBound) {
   options.memory_mb = enough_mb;
   auto fence = Fence::Raise(options);
   ASSERT_OK(fence);
-  malloc_trim(0);
+  PurgeFreedMemory();
   ForgetPeak();
   const uint64_t before = OwnPeakBytes();
   const auto scene = (*fence)->Load(glb, {}, {});

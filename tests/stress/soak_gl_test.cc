@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -212,7 +211,7 @@ class SoakTest : public testing::Test {
       std::this_thread::sleep_for(50ms);  // connections and what was cancelled end
       const double time_s = std::chrono::duration<double>(Clock::now() - begin).count();
       if (leak_bytes_ > 0) leaked_.emplace_back(leak_bytes_, 'x');
-      malloc_trim(0);  // what the allocator keeps for later is no leak
+      PurgeFreedMemory();  // what the allocator keeps for later is no leak
       samples.resident_mb.push_back({time_s, ResidentMb()});
       samples.files.push_back({time_s, OpenFiles()});
     }
