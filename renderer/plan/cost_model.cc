@@ -215,9 +215,11 @@ double ErrorOfTold(const MethodOptions& options) {
 }
 
 double CertificateMs(const MethodFacts& facts, const CertifyOptions& certificate) {
-  constexpr double kScattered = 4;  // rays to random pixels are no packets
+  constexpr double kScattered = 4;          // rays to random pixels are no packets
+  constexpr double kEachCertificate = 3.5;  // its pixels read, its interval drawn
   const double rays = 2.0 * certificate.pixels * certificate.rays;
-  return TriangleCount(facts) * kRayPerTriangle + rays * kScattered * kRayPerRay * std::log2(TriangleCount(facts) + 2);
+  return kEachCertificate + TriangleCount(facts) * kRayPerTriangle +
+         rays * kScattered * kRayPerRay * std::log2(TriangleCount(facts) + 2);
 }
 
 }  // namespace halfshade
