@@ -62,7 +62,8 @@ absl::StatusOr<Descriptor> MemoryFile(const char* name) {
 }
 
 // The loader with `in` as its descriptor 0, `out` as 1 and `reason` as 2, no other, no blocked signal,
-// and out of reach of the terminal's. Its memory is taken in huge pages: 200'000 nodes in .6 of the CPU time.
+// and out of reach of the terminal's. Its memory is taken in huge pages, for the faults of small ones can
+// cost more than the reading.
 absl::StatusOr<pid_t> Start(const std::string& loader, const std::string& memory, const std::string& cpu, int in,
                             int out, int reason) {
   posix_spawn_file_actions_t actions;
