@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "renderer/gl/turn.h"
 #include "renderer/light/occluders_on_context.h"
 #include "renderer/light_view.h"
 #include "renderer/passes.h"
@@ -91,6 +92,7 @@ absl::StatusOr<gl::ObjectCache<const RayScene>::Pointer> PrepareRayScene(const D
   const bool is_hit = ray_scene != nullptr;
   if (!is_hit) {
     RETURN_IF_ERROR(TimedPass(draw, report, "ray_scene", &report.light_ms, [&]() -> absl::Status {
+      const gl::TurnPause pause;
       ASSIGN_OR_RETURN(ray_scene, RayScene::Create(source.scene, source.pose, source.decoder,
                                                    [&draw] { return draw.pacer->Ask(); }));
       report.passes.back().count = ray_scene->triangles().indices.size() / 3;

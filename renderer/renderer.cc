@@ -1,11 +1,13 @@
 #include "renderer/renderer.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "renderer/frame.h"
 #include "renderer/gl/draw_context.h"
 #include "renderer/gl/object_cache.h"
+#include "renderer/gl/turn.h"
 #include "renderer/light/light_data.h"
 #include "renderer/passes.h"
 #include "renderer/plan/frame_plan.h"
@@ -34,6 +36,7 @@ class ContextRenderer : public Renderer {
                 gl::ObjectCache<const SceneData>(memory.scene_data_bytes), nullptr},
         light_store_(memory.light_store),
         views_(memory.view_bytes) {}
+  ~ContextRenderer() override { last_turn_.emplace(*context_); }
 
   // From here on requests come from outside: their textures are decoded, and light data is stored.
   void Open(ImageDecoder decoder) {
@@ -43,6 +46,7 @@ class ContextRenderer : public Renderer {
 
   absl::StatusOr<RenderResult> Render(const std::string& scene_name, const FlatScene& scene,
                                       const RenderRequest& request, const StopCheck& stop) override {
+    const gl::Turn turn(*context_);
     auto result = Draw(scene_name, scene, request, stop);
     TrimCaches();
     return result;
@@ -51,6 +55,7 @@ class ContextRenderer : public Renderer {
   absl::StatusOr<QueryResult> QueryVisibility(const std::string& scene_name, const FlatScene& scene,
                                               const RenderRequest& request, const QueryPoints& points,
                                               const StopCheck& stop) override {
+    const gl::Turn turn(*context_);
     gl::Pacer pacer(*context_, stop);
     const DrawContext draw = {context_, &programs_, &pacer};
     gl::ObjectCache<SceneOnContext>::Pointer on_context;
@@ -68,6 +73,7 @@ class ContextRenderer : public Renderer {
   }
 
   void ForgetScene(const std::string& scene_name) override {
+    const gl::Turn turn(*context_);
     scenes_.Forget(SceneKey(scene_name));
     views_.Forget(LightDataPrefix(scene_name));
     lights_.light_data.Forget(LightDataPrefix(scene_name));
@@ -76,6 +82,7 @@ class ContextRenderer : public Renderer {
   }
 
   absl::Status CheckCanary() override {
+    const gl::Turn turn(*context_);
     ASSIGN_OR_RETURN(Image image, DrawCanary(*this));
     if (canary_.size() == 0) canary_ = image;
     if (std::equal(canary_.data(), canary_.data() + canary_.size(), image.data(), image.data() + image.size())) {
@@ -137,6 +144,7 @@ class ContextRenderer : public Renderer {
     return result;
   }
 
+  std::optional<gl::Turn> last_turn_;  // while all that follows is freed
   gl::Context* context_;
   gl::ProgramCache programs_;
   LtcTextures ltc_;
@@ -170,6 +178,7 @@ absl::StatusOr<QueryResult> Renderer::QueryVisibility(const std::string&, const 
 
 absl::StatusOr<std::unique_ptr<Renderer>> Renderer::Create(gl::Context* context, ImageDecoder decoder,
                                                            const ContextMemory& memory) {
+  const gl::Turn turn(*context);
   ASSIGN_OR_RETURN(LtcTextures ltc, LtcTextures::Create(*context));
   auto renderer = std::make_unique<ContextRenderer>(context, std::move(ltc), WarmUpTexel, memory);
   RETURN_IF_ERROR(WarmUp(*renderer));

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "renderer/gl/context_backends.h"
+#include "renderer/gl/turn.h"
 #include "renderer/status.h"
 
 namespace halfshade::gl {
@@ -107,6 +108,7 @@ class EglContext : public Context {
   // The display stays: other contexts of the process may share it.
   ~EglContext() override {
     if (context_ == EGL_NO_CONTEXT) return;
+    const Turn turn;
     ReleaseCurrent();
     egl_.DestroyContext(display_, context_);
   }
@@ -144,6 +146,7 @@ absl::StatusOr<std::vector<Candidate>> ListEgl() {
 absl::StatusOr<std::unique_ptr<Context>> CreateEgl(const Candidate& candidate) {
   const absl::StatusOr<Egl>& egl = TheEgl();
   RETURN_IF_ERROR(egl.status());
+  const Turn turn;
   EGLDisplay display = EGL_NO_DISPLAY;
   std::string description = candidate.name;
   if (candidate.egl_device >= 0) {

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "renderer/gl/context_backends.h"
+#include "renderer/gl/turn.h"
 #include "renderer/status.h"
 
 namespace halfshade::gl {
@@ -64,6 +65,7 @@ class OsmesaContext : public Context {
   }
 
   ~OsmesaContext() override {
+    const Turn turn;
     if (context_ != nullptr) osmesa_.DestroyContext(context_);
   }
 
@@ -88,6 +90,7 @@ class OsmesaContext : public Context {
 absl::StatusOr<std::unique_ptr<Context>> CreateOsmesa() {
   const absl::StatusOr<Osmesa>& osmesa = TheOsmesa();
   RETURN_IF_ERROR(osmesa.status());
+  const Turn turn;
   return OsmesaContext::Make(*osmesa);
 }
 

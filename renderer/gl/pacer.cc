@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "renderer/gl/turn.h"
 #include "renderer/status.h"
 
 namespace halfshade::gl {
@@ -43,6 +44,7 @@ absl::Status Pacer::Finish() {
     pending_ms_ = 0;
     pending_draws_ = 0;
   }
+  PassTurn();
   return stop_();
 }
 

@@ -7,8 +7,10 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
 #include "renderer/gl/context.h"
+#include "renderer/gl/turn.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -23,8 +25,10 @@ absl::Status ParallelFor(int count, int grain, const std::function<void(int)>& w
   using Clock = std::chrono::steady_clock;
   tbb::task_arena arena(threads > 0 ? threads : gl::AvailableCpus());
   std::atomic<int64_t> next = 0;
+  std::optional<gl::TurnPause> pause;  // once what GL had under way is finished
   while (next < count) {
     RETURN_IF_ERROR(stop());
+    if (!pause) pause.emplace();
     const Clock::time_point end = Clock::now() + kStopPeriod;
     // Not sized by what the last ones took: work that follows on light work may be a thousand times heavier.
     const auto work_until_end = [&](int) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "renderer/gl/turn.h"
 #include "renderer/status.h"
 
 namespace halfshade {
@@ -141,7 +142,11 @@ absl::Status SceneOnContext::Upload(const DrawContext& draw, const FlatScene& sc
   }
   for (const auto& [image, of_image] : uses) {
     if (of_image.empty()) continue;
-    ASSIGN_OR_RETURN(const Rgba8Image texels, decoder(scene.images[image]));
+    const auto decode = [&] {
+      const gl::TurnPause pause;
+      return decoder(scene.images[image]);
+    };
+    ASSIGN_OR_RETURN(const Rgba8Image texels, decode());
     ++decoded_images_;
     for (const Use use : of_image) {
       ASSIGN_OR_RETURN(gl::Texture texture, MakeTexture(draw, texels, use));

@@ -1,11 +1,14 @@
 #include <glad/gl.h>
 #include <gtest/gtest.h>
+#include <malloc.h>
 
+#include <atomic>
 #include <thread>
 
 #include "renderer/gl/context.h"
 #include "renderer/gl/framebuffer.h"
 #include "renderer/gl/program.h"
+#include "renderer/gl/turn.h"
 #include "tests/support/status_matchers.h"
 
 namespace halfshade::gl {
@@ -125,6 +128,73 @@ TEST(ContextsTest, BothKindsLiveInOneProcessOnTwoThreads) {
   std::thread osmesa([&] { clear(Backend::kOsmesa, 2000); });
   egl.join();
   osmesa.join();
+}
+
+// Scenes of many textures and triangles on one thread, on the other uploads, each of which walks all scenes. What is
+// freed is overwritten, so that without turns it crashes within a second.
+TEST_P(ContextTest, OneDrawsWhileAnotherUploads) {
+  mallopt(M_PERTURB, 0xa5);
+  constexpr int kScenes = 300, kTextures = 40, kInstances = 64;
+  constexpr char kSampled[] = R"(#version 450 core
+layout(binding = 0) uniform sampler2D image;
+layout(location = 0) out vec4 color;
+void main() { color = texelFetch(image, ivec2(0), 0); })";
+  const auto make_textures = [](const Context& context) {
+    std::vector<Texture> textures;
+    for (int i = 0; i < kTextures; ++i) {
+      auto texture = Texture::Create2D(context, GL_R32F, 4, 4);
+      EXPECT_OK(texture);
+      textures.push_back(*std::move(texture));
+      const float color = float(i);
+      context.gl().ClearTexImage(textures.back().id(), 0, GL_RED, GL_FLOAT, &color);
+    }
+    return textures;
+  };
+  std::atomic<bool> is_done = false;
+  std::thread drawing([&] {
+    auto context = Context::Create({GetParam()});
+    ASSERT_OK(context);
+    const Turn turn(**context);
+    const GladGLContext& gl = (*context)->gl();
+    auto program = Program::CompileSources(**context, "v", kFullscreen, "f", kSampled);
+    ASSERT_OK(program);
+    program->Use();
+    const VertexArray none = VertexArray::Create(**context);
+    gl.BindVertexArray(none.id());
+    gl.Viewport(0, 0, 4, 4);
+    const std::vector<Texture> textures = make_textures(**context);
+    auto target = Texture::Create2D(**context, GL_R32F, 4, 4);
+    ASSERT_OK(target);
+    auto framebuffer = Framebuffer::Create(**context, {&*target});
+    ASSERT_OK(framebuffer);
+    framebuffer->Bind();
+    for (int scene = 0; scene < kScenes; ++scene) {
+      for (const Texture& texture : textures) {
+        texture.Bind(0);
+        gl.DrawArraysInstanced(GL_TRIANGLES, 0, 3, kInstances);
+      }
+      gl.Flush();
+      PassTurn();
+    }
+    std::vector<float> pixels(4 * 4);
+    ASSERT_OK(target->ReadFloats(pixels.data(), pixels.size()));
+    EXPECT_EQ(pixels[0], float(kTextures - 1));
+    is_done = true;
+  });
+  auto context = Context::Create({GetParam()});
+  ASSERT_OK(context);
+  const Turn turn(**context);
+  const std::vector<Texture> textures = make_textures(**context);
+  for (float value = 0; !is_done; value += 1) {
+    textures[0].Bind(0);
+    (*context)->gl().TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 1, 1, GL_RED, GL_FLOAT, &value);
+    PassTurn();
+  }
+  {
+    const TurnPause pause;
+    drawing.join();
+  }
+  mallopt(M_PERTURB, 0);
 }
 
 TEST(ContextsTest, AnImpossibleDeviceIsRefusedWithEverythingThatWasTried) {
