@@ -18,6 +18,7 @@ struct RayOptions {
   int rays = 256;  // at each receiver, 1..65536; the most, where adaptive
   bool is_adaptive = false;
   float stop_error = 0.005f;  // of adaptive rays, in (0, 1)
+  float max_error = 0;        // instead of it, where above 0: wanted mean over shadowed receivers
   bool is_filtered = false;   // shared by neighbouring pixels (light/trace_filtered.h); not with is_adaptive
 };
 enum class FilterWeights : uint8_t {

@@ -37,6 +37,9 @@ bool IsBaseline(const std::string& method) {
   return std::find(std::begin(kBaselines), std::end(kBaselines), method) != std::end(kBaselines);
 }
 
+// Rays that a budget stops are our own.
+bool IsRival(const Setting& setting) { return IsBaseline(setting.method) && setting.max_error == 0; }
+
 void Add(const Row& row, Family* family) {
   family->whole.push_back(std::max(kLeastMs, row.cpu_ms));
   family->shadow.push_back(std::max(kLeastMs, row.shadow_cpu_ms));
@@ -94,7 +97,7 @@ std::vector<Fraction> FractionsOf(const CaseResult& result, const std::string& m
   std::map<std::string, Family> rivals, singles;
   for (const Row& row : result.rows) {
     if (!row.failure.empty() || row.setting.method == method) continue;
-    Add(row, &(IsBaseline(row.setting.method) ? rivals : singles)[row.setting.family]);
+    Add(row, &(IsRival(row.setting) ? rivals : singles)[row.setting.family]);
   }
   std::vector<Fraction> fractions;
   for (const Aim& aim : kAims) {

@@ -40,6 +40,7 @@ absl::StatusOr<std::vector<Setting>> MakeSettings(const std::vector<SettingText>
       if (option_field == nullptr) return absl::InternalError(absl::StrCat(text.method, " has no option ", key));
       RETURN_IF_ERROR(SetFieldFromText(options, *option_field, key, option.substr(equals + 1)));
     }
+    if (setting.max_error > 0 && setting.method != "auto") setting.family += " by budget";
   }
   return settings;
 }

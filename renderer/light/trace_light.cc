@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <tuple>
+#include <utility>
 
 #include "renderer/light/lit_receivers.h"
 #include "renderer/light/parallel_for.h"
 #include "renderer/math/sampling.h"
+#include "renderer/report.h"
 #include "renderer/scene/ray_fan.h"
 #include "renderer/status.h"
 
@@ -75,21 +79,11 @@ Round MakeRound(int first, int last, uint32_t seed) {
   return round;
 }
 
-std::vector<Round> MakeRounds(int rays, bool is_adaptive, uint32_t seed) {
-  std::vector<Round> rounds;
-  for (int first = 0; first < rays;) {
-    const int wanted = !is_adaptive ? rays : first == 0 ? kFirstRays : first * kRoundGrowth;
-    const int last = std::min({rays, wanted, first + kMaxRoundRays});
-    rounds.push_back(MakeRound(first, last, seed));
-    first = last;
-  }
-  return rounds;
-}
-
 // Rays of one receiver so far.
 struct Tally {
   int above = 0;    // their points on the light stand above the receiver's plane
   int visible = 0;  // and nothing is between
+  int rays = 0;     // cast, those to points below it included
   float share = 0;  // of the light above the plane
   bool IsMixed() const { return visible > 0 && visible < above; }
 };
@@ -110,39 +104,75 @@ class LightTracer {
 
   absl::StatusOr<TracedLight> Trace(const std::function<absl::Status()>& stop) {
     const bool is_point = light_.width_m == 0 && light_.height_m == 0;
-    const std::vector<Round> rounds = MakeRounds(is_point ? 1 : options_.rays, options_.is_adaptive, options_.seed);
+    rays_ = is_point ? 1 : options_.rays;
     TracedLight result;
-    std::vector<uint32_t> active = ReceiversInTiles(receivers_);
+    order_ = ReceiversInTiles(receivers_);
     if (options_.skips_lit && options_.rays >= kFirstRays && !is_point) {
-      ASSIGN_OR_RETURN(is_lit_, FindLit(scene_, light_, receivers_, active, stop, options_.threads));
+      ASSIGN_OR_RETURN(is_lit_, FindLit(scene_, light_, receivers_, order_, stop, options_.threads));
     }
     result.lit = uint64_t(std::count(is_lit_.begin(), is_lit_.end(), 1));
-    for (const Round& round : rounds) {
-      const int grain = std::clamp(kGrainRays / (round.last - round.first), 1, kMostGrain);
-      const auto trace = [&](int i) { TraceReceiver(active[size_t(i)], round); };
-      RETURN_IF_ERROR(ParallelFor(int(active.size()), grain, trace, stop, options_.threads));
-      const auto traced = std::count_if(active.begin(), active.end(), [&](uint32_t i) { return is_lit_[i] == 0; });
-      result.rays += uint64_t(traced) * (round.last - round.first);
-      if (options_.is_adaptive) active = WhereToGoOn(active, round.last);
+    // Receivers by the rounds that they have had.
+    for (std::vector<std::vector<uint32_t>> next = {order_}; !next.empty(); next = WhoGoesOn(next)) {
+      for (size_t had = 0; had < next.size(); ++had) {
+        if (!next[had].empty()) RETURN_IF_ERROR(TraceRound(had, next[had], stop, &result));
+      }
     }
     result.hidden.resize(receivers_.size());
     result.errors.resize(receivers_.size());
     result.visibility.resize(receivers_.size(), 1);
     for (size_t i = 0; i < receivers_.size(); ++i) {
       result.hidden[i] = HiddenFraction(i);
-      result.errors[i] = ErrorOf(tallies_[i]);
+      if (tallies_[i].share > 0) result.errors[i] = ErrorOf(i) / tallies_[i].share;
       if (receivers_.IsReceiving(i)) result.visibility[i] = tallies_[i].share * (1 - result.hidden[i]);
     }
     return result;
   }
 
  private:
+  absl::Status TraceRound(size_t index, const std::vector<uint32_t>& active, const std::function<absl::Status()>& stop,
+                          TracedLight* result) {
+    while (rounds_.size() <= index) {
+      const int first = rounds_.empty() ? 0 : rounds_.back().last;
+      rounds_.push_back(MakeRound(first, EndOfRound(first), options_.seed));
+    }
+    const Round& round = rounds_[index];
+    const int count = round.last - round.first;
+    const int grain = std::clamp(kGrainRays / count, 1, kMostGrain);
+    const auto trace = [&](int i) { TraceReceiver(active[size_t(i)], round); };
+    RETURN_IF_ERROR(ParallelFor(int(active.size()), grain, trace, stop, options_.threads));
+    result->rays += uint64_t(std::count_if(active.begin(), active.end(), [&](uint32_t i) { return is_lit_[i] == 0; })) *
+                    uint64_t(count);
+    result->most_rays = std::max(result->most_rays, round.last);
+    return absl::OkStatus();
+  }
+
+  // Of the round that begins with `first`.
+  int EndOfRound(int first) const {
+    const int wanted = !options_.is_adaptive ? rays_ : first == 0 ? kFirstRays : first * kRoundGrowth;
+    return std::min({rays_, wanted, first + kMaxRoundRays});
+  }
+
+  // Who is to have another round, by the rounds that they have had: empty at the end.
+  std::vector<std::vector<uint32_t>> WhoGoesOn(const std::vector<std::vector<uint32_t>>& had) const {
+    if (rounds_.empty()) return {};  // nothing receives
+    if (Decides()) {
+      return rounds_.size() == 1 && rays_ > kFirstRays && !IsBelieved(kFirstRays) ? Probes() : WhereMostIsToGain();
+    }
+    const int rays = rounds_.back().last;
+    if (rays == rays_) return {};
+    std::vector<std::vector<uint32_t>> next(rounds_.size() + 1);
+    next.back() = options_.is_adaptive ? WhereToGoOn(had.back(), rays) : had.back();
+    if (next.back().empty()) return {};
+    return next;
+  }
+
   void TraceReceiver(uint32_t index, const Round& round) {
     const CpuReceiver receiver = receivers_.At(index);
     const LightAbovePlane cut = CutAtPlane(light_, receivers_, receiver);
     if (cut.share <= 0) return;
     Tally& tally = tallies_[index];
     tally.share = float(cut.share);
+    tally.rays = round.last;
     const int count = round.last - round.first;
     if (is_lit_[index] != 0 && IsWhole(cut)) {
       tally.above += count;
@@ -194,6 +224,89 @@ class LightTracer {
     return next;
   }
 
+  // Their errors decide who goes on.
+  bool Decides() const { return options_.is_adaptive && options_.mean_error > 0; }
+
+  // So many rays that agree are off by no more than a few times the mean error where one ray more would not.
+  bool IsBelieved(int rays) const {
+    constexpr double kMostMeans = 4;
+    return 1.0 / (rays + 2) <= kMostMeans * options_.mean_error;
+  }
+
+  // Of each block of receivers whose first rays agree, one, at a place of its own in each block.
+  std::vector<std::vector<uint32_t>> Probes() const {
+    std::vector<std::vector<uint32_t>> next(2);
+    for (const uint32_t index : order_) {
+      const Tally& tally = tallies_[index];
+      if (tally.above > 0 && is_lit_[index] == 0 && !tally.IsMixed() && ProbeOf(index) == index)
+        next[1].push_back(index);
+    }
+    return next[1].empty() ? WhereMostIsToGain() : next;
+  }
+  uint32_t ProbeOf(uint32_t index) const {
+    constexpr uint32_t kSide = 4;  // of a block of pixels; of points a block is as many in a row
+    if (receivers_.ArePoints()) {
+      const uint32_t first = index / (kSide * kSide) * kSide * kSide;
+      return std::min(first + ShiftOf(options_.seed, first).x % (kSide * kSide), uint32_t(receivers_.size() - 1));
+    }
+    const auto width = uint32_t(receivers_.width), height = uint32_t(receivers_.height);
+    const uint32_t left = index % width / kSide * kSide, top = index / width / kSide * kSide;
+    const glm::uvec2 place = ShiftOf(options_.seed, top * width + left);
+    return std::min(top + place.y % kSide, height - 1) * width + std::min(left + place.x % kSide, width - 1);
+  }
+
+  // The receivers whose next rays gain most, each, as many as bring the mean over all that are shadowed below what is
+  // asked for.
+  std::vector<std::vector<uint32_t>> WhereMostIsToGain() const {
+    constexpr double kBelow = 0.9;  // or the last rounds would be of a few receivers each
+    struct Gain {
+      double each;  // a ray
+      double all;
+      uint32_t receiver;
+      bool operator<(const Gain& other) const {
+        return each != other.each ? each > other.each : receiver < other.receiver;
+      }
+    };
+    std::vector<Gain> gains;
+    double sum = 0;
+    uint64_t shadowed = 0;
+    for (size_t i = 0; i < tallies_.size(); ++i) {
+      const Tally& tally = tallies_[i];
+      if (tally.above > 0 && HiddenFraction(i) > kPenumbraMargin) ++shadowed;
+      const double error = ErrorOf(i);
+      sum += error;
+      if (error <= 0 || tally.rays >= rays_) continue;
+      const int next = EndOfRound(tally.rays);
+      const double gain = error * (1 - std::pow(double(tally.rays) / next, 0.75));
+      gains.push_back({gain / (next - tally.rays), gain, uint32_t(i)});
+    }
+    if (sum <= options_.mean_error * double(shadowed)) return {};
+    std::sort(gains.begin(), gains.end());
+    std::vector<uint8_t> goes_on(tallies_.size());
+    for (const Gain& gain : gains) {
+      if (sum <= kBelow * options_.mean_error * double(shadowed)) break;
+      sum -= gain.all;
+      goes_on[gain.receiver] = 1;
+    }
+    std::vector<std::vector<uint32_t>> next;
+    for (const uint32_t index : order_) {
+      if (goes_on[index] == 0) continue;
+      size_t had = 0;
+      while (rounds_[had].last < tallies_[index].rays) ++had;
+      if (next.size() < had + 2) next.resize(had + 2);
+      next[had + 1].push_back(index);
+    }
+    return next;
+  }
+
+  // A neighbour's rays, or the more rays of its block's probe, are mixed or say otherwise.
+  bool IsNearOther(uint32_t index) const {
+    const Tally& own = tallies_[index];
+    const Tally& probe = tallies_[ProbeOf(index)];
+    if (probe.above > 0 && (probe.IsMixed() || (probe.visible > 0) != (own.visible > 0))) return true;
+    return !receivers_.ArePoints() && HasOtherNeighbour(index);
+  }
+
   // One of the eight pixels around is mixed, or seen where this one is hidden, or the other way round.
   bool HasOtherNeighbour(uint32_t index) const {
     const int x = int(index) % receivers_.width;
@@ -215,21 +328,29 @@ class LightTracer {
     return float(tally.above - tally.visible) / float(tally.above);
   }
 
-  // As ExpectedTraceError, but where many rays agree, they are believed: that is true of most of an umbra, and this is
-  // for means.
-  static float ErrorOf(const Tally& tally) {
-    if (tally.above == 0 || (tally.above >= kFirstRays && !tally.IsMixed())) return 0;
+  // Of visibility: as ExpectedTraceError, but where many rays agree, they are believed: that is true of most of an
+  // umbra, and this is for means. Where it decides who goes on, only if neighbours and probe agree too.
+  float ErrorOf(size_t index) const {
+    const Tally& tally = tallies_[index];
+    if (tally.above == 0 || is_lit_[index] != 0) return 0;
+    if (!tally.IsMixed() &&
+        (Decides() ? IsBelieved(tally.above) || !IsNearOther(uint32_t(index)) : tally.above >= kFirstRays)) {
+      return 0;
+    }
     const double n = tally.above, v = tally.visible / n;
-    const double variance = tally.above < kFirstRays ? Variance(tally.visible, tally.above) : v * (1 - v);
-    return float(kMeanErrorRate * std::sqrt(variance / (n * std::sqrt(n))));
+    const double variance = Decides() || tally.above < kFirstRays ? Variance(tally.visible, tally.above) : v * (1 - v);
+    return tally.share * float(kMeanErrorRate * std::sqrt(variance / (n * std::sqrt(n))));
   }
 
   const RayScene& scene_;
   const AreaLight& light_;
   const CpuReceivers& receivers_;
   const TraceOptions& options_;
-  glm::dvec3 center_;          // trace space
-  glm::vec3 edge_u_, edge_v_;  // trace space, full edges
+  glm::dvec3 center_;            // trace space
+  glm::vec3 edge_u_, edge_v_;    // trace space, full edges
+  int rays_ = 0;                 // the most at one receiver
+  std::vector<uint32_t> order_;  // of the receivers, tile by tile
+  std::vector<Round> rounds_;    // so far
   std::vector<Tally> tallies_;
   std::vector<uint8_t> is_lit_;  // 1: nothing stands between its tile and the light
 };

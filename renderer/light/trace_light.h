@@ -21,8 +21,9 @@ namespace halfshade {
 
 struct TraceOptions {
   int rays = 256;             // at each receiver; the most, where adaptive
-  bool is_adaptive = false;   // 16, 64, 256, ... rays until ExpectedTraceError is stop_error
-  double stop_error = 0.005;  // of visibility
+  bool is_adaptive = false;   // 16, 64, 256, ... rays, at each receiver until
+  double stop_error = 0.005;  // ExpectedTraceError of its visibility is this, or
+  double mean_error = 0;      // above 0: until this is expected of all that are shadowed; the largest errors go on
   uint32_t seed = 0;
   bool skips_lit = true;  // leave out the rays of lit tiles
   int threads = 0;        // at most; 0: as many as this process may use
@@ -34,6 +35,7 @@ struct TracedLight {
   std::vector<float> hidden;      // hidden fraction, in [0,1], of the part of the light above the receiver's plane
   std::vector<float> errors;      // expected |error| of it, 0 where 16 rays or more agree
   uint64_t rays = 0;              // traced
+  int most_rays = 0;              // at one receiver
   uint64_t lit = 0;               // receivers of tiles that nothing stands between and the light: without rays
 };
 

@@ -1,6 +1,7 @@
 #include "renderer/plan/choose_method.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 
@@ -28,8 +29,16 @@ MethodChoice MakeChoice(const MethodFacts& facts, const char* name, const Method
   return {options, error, cost.TotalMs(), cost.FrameMs(), name};
 }
 
-// A sample of the picture's tiles says how many rows it wants, and scenes alone how many rays: hence the margin.
+// A sample of the picture's tiles says how many rows it wants, and rays tell their error as a mean: hence the margin.
 double Wanted(double max_error) { return 0.8 * max_error; }
+
+// As many where they disagree as this mean wants, few elsewhere. Of BLEND they are coin tosses, whose errors fall more
+// slowly than rays tell.
+RayOptions RaysUntil(const MethodFacts& facts, double mean_error) {
+  if (facts.blend_share > 0) return {.rays = RaysFor(facts, mean_error)};
+  constexpr double kClutter = 0.4;  // what they tell is so much too small of leaves
+  return {.rays = kMostRays, .is_adaptive = true, .max_error = float(mean_error / (1 + kClutter * facts.clutter))};
+}
 
 MethodChoice Shaft(const MethodFacts& facts, double max_error) {
   const int rows = ShaftRowsFor(facts, max_error);
@@ -39,8 +48,9 @@ MethodChoice Shaft(const MethodFacts& facts, double max_error) {
 }
 
 MethodChoice Ray(const MethodFacts& facts, double max_error) {
-  const int rays = RaysFor(facts, Wanted(max_error));
-  return MakeChoice(facts, "ray", RayOptions{.rays = rays}, RayError(facts, rays));
+  const RayOptions rays = RaysUntil(facts, Wanted(max_error));
+  const double most = RayError(facts, rays.is_adaptive ? kFewestRays : rays.rays);
+  return MakeChoice(facts, "ray", rays, std::max(std::min(max_error, most), RayError(facts, kMostRays)));
 }
 
 // The methods that know how wide penumbrae are.
@@ -93,7 +103,7 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
   // Errors to try, from what is asked for, or from the finest that a latency may leave time for.
   std::vector<double> errors;
   if (budget.max_latency_ms) {
-    for (double error = 1e-4; error < 0.2; error *= 2) {
+    for (double error = RayError(facts, kMostRays); error < 0.2; error *= 2) {
       if (!budget.max_error || error < *budget.max_error) errors.push_back(error);
     }
     errors.push_back(budget.max_error.value_or(0.2));
@@ -105,7 +115,7 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
   // The best in error, and in time, of all that was looked at; and in error, of those that keep the budget.
   MethodChoice exact, quick, best;
   exact.error = quick.cpu_ms = best.error = std::numeric_limits<double>::infinity();
-  for (const double error : errors) {
+  const auto consider = [&](double error) {
     const std::vector<MethodChoice> candidates = MethodCandidates(facts, error);
     for (const MethodChoice& choice : candidates) {
       if (choice.error < exact.error) exact = choice;
@@ -120,6 +130,13 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
         if (&other != &choice) best.reason += "; " + Describe(other);
       }
     }
+  };
+  for (const double error : errors) consider(error);
+  // Rays take any error, so that the best in time is between two of those.
+  for (double finer = best.error / 2; budget.max_latency_ms && finer > 0 && finer < 0.995 * best.error;) {
+    const double error = std::sqrt(finer * best.error), before = best.error;
+    consider(error);
+    if (best.error == before) finer = error;
   }
   if (best.error < std::numeric_limits<double>::infinity()) {
     if (facts.wants_penumbra_width) best.reason += "; PENUMBRA_WIDTH is known to sssm and pcss";
@@ -155,6 +172,10 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
     if (auto* shaft = std::get_if<ShaftOptions>(&request->method); shaft != nullptr && request->budget.max_error) {
       shaft->max_error = float(Wanted(*request->budget.max_error));
     }
+    if (auto* ray = std::get_if<RayOptions>(&request->method);
+        ray != nullptr && ray->is_adaptive && request->budget.max_error) {
+      ray->max_error = float(Wanted(*request->budget.max_error));
+    }
     request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
     RETURN_IF_ERROR(CheckLatency(facts, *request->predicted_cpu_ms, request->budget));
   }
@@ -178,7 +199,7 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
 bool MakeSmaller(const MethodFacts& facts, MethodOptions* options) {
   const auto* shaft = std::get_if<ShaftOptions>(options);
   if (shaft == nullptr) return false;
-  *options = RayOptions{.rays = RaysFor(facts, shaft->max_error)};
+  *options = RaysUntil(facts, shaft->max_error);
   return true;
 }
 
@@ -193,6 +214,14 @@ bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* op
     return true;
   }
   if (auto* ray = std::get_if<RayOptions>(options)) {
+    if (ray->max_error > half) {
+      ray->max_error = half;
+      return true;
+    }
+    if (ray->max_error > 0) {
+      *options = RayOptions{.rays = RaysFor(facts, half)};
+      return true;
+    }
     if (ray->rays > kMostRays / 4) return false;
     ray->rays *= 4;
     return true;

@@ -35,13 +35,14 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
 absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget& budget);
 inline constexpr double kDefaultMaxError = 0.002;
 
-// Sets what ChooseMethod chooses where request->is_auto, the error that shaft chooses its rows for where it is asked
-// for by name with a max_error (the picture is checked against that: renderer/budget), and the certificate that a
-// max_error comes with: always where the method does not tell its error. FAILED_PRECONDITION as ChooseMethod.
+// Sets what ChooseMethod chooses where request->is_auto, the error that shaft chooses its rows for and that adaptive
+// rays go on for where they are asked for by name with a max_error (the picture is checked against that:
+// renderer/budget), and the certificate that a max_error comes with: always where the method does not tell its error.
+// FAILED_PRECONDITION as ChooseMethod.
 absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t receivers, RenderRequest* request);
 
-// What to draw after a picture that broke max_error: shaft once more at half of it, then rays, which take four times as
-// many until there are no more (false).
+// What to draw after a picture that broke max_error: shaft or adaptive rays once more at half of it, then rays
+// everywhere, four times as many each time until there are no more (false).
 bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options);
 
 // What AUTO draws where its method has no room for its light data: rays for the same error. False: it has no other.

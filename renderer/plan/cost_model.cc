@@ -17,16 +17,20 @@ constexpr double kFinishPerReceiver = 8e-5;  // of maps' methods: horizon, clamp
 constexpr double kShaftPerTriangle = 8e-4;
 constexpr double kShaftPerKept = 2e-3;  // once a scene: the mesh's levels and its shape
 constexpr double kShaftPerReceiver = 2e-5;
-constexpr double kShaftPerPolygon = 2.4e-6;  // times the square root of the triangles: what a tile's list grows like
-constexpr double kShaftPerRow = 1.0 / 40;    // of that, for each row beyond 8
-constexpr double kShaftMasked = 8;           // times as dear at 8 rows where all is masked
-constexpr double kMaskedPerRow = 1.0 / 14;   // of that, for each row beyond 8
+constexpr double kShaftPerPolygon = 1.25e-6;  // times the square root of the triangles: what a tile's list grows like
+constexpr double kShaftCluttered = 2.75;      // times that where no triangle shares a vertex
+constexpr double kShaftPerRow = 1.0 / 80;     // of that, for each row beyond 8
+constexpr double kShaftMasked = 8;            // times as dear at 8 rows where all is masked
+constexpr double kMaskedPerRow = 1.0 / 14;    // of that, for each row beyond 8
 constexpr double kShaftSparse = 0.8;
 constexpr double kRayPerTriangle = 1e-3;
 constexpr double kRayPerRay = 1.6e-6;  // times the logarithm of the triangles
+constexpr double kRayMasked = 2;       // times as dear where all is masked
 // Filtered ones: what every pixel pays, and each ray of all pixels, though penumbra alone has more than the first.
 constexpr double kFilteredPerReceiver = 2.2e-4, kFilteredPerRay = 2.8e-6;
 constexpr double kRayAdaptiveShare = 0.2;  // of the rays of every receiver: penumbra pays
+// Rays a receiver until the mean error is .0016, and how they grow as it falls: of smooth surfaces, and of clutter.
+constexpr double kRaysUntil = 52, kRaysUntilRate = 0.43, kClutteredRaysUntil = 500, kClutteredRaysUntilRate = 0.86;
 // A map: its triangles, its texels, and a receiver that asks it.
 constexpr double kMapPerTriangle = 2e-4, kMapPerTexel = 1e-6, kMapPerReceiver = 2.8e-5;
 constexpr double kViewsInRooms = 5;
@@ -51,6 +55,11 @@ constexpr double kBlendNoise = 0.313;
 // Wall time, of CPU time on as many threads as there are: drawing and encoding are partly on one.
 constexpr double kWallPerCpu = 0.7;
 constexpr double kEncodePerReceiver = 7e-5;
+
+double RaysUntil(const MethodFacts& facts, double mean_error) {
+  return std::pow(kRaysUntil * std::pow(0.0016 / mean_error, kRaysUntilRate), 1 - facts.clutter) *
+         std::pow(kClutteredRaysUntil * std::pow(0.0016 / mean_error, kClutteredRaysUntilRate), facts.clutter);
+}
 
 double TriangleCount(const MethodFacts& facts) { return double(std::max<uint64_t>(facts.casting_triangles, 1)); }
 double Squared(double x) { return x * x; }
@@ -77,8 +86,11 @@ struct CostOf {
     if (ray.is_filtered) {
       return {0, kFilteredPerReceiver + ray.rays * kFilteredPerRay * std::log2(TriangleCount(facts) + 2)};
     }
-    const double rays = ray.is_adaptive ? 16 + kRayAdaptiveShare * std::max(0, ray.rays - 16) : ray.rays;
-    return {0, rays * kRayPerRay * std::log2(TriangleCount(facts) + 2)};
+    const double rays = ray.max_error > 0 ? std::min(double(ray.rays), RaysUntil(facts, ray.max_error))
+                        : ray.is_adaptive ? 16 + kRayAdaptiveShare * std::max(0, ray.rays - 16)
+                                          : ray.rays;
+    const double masks = 1 + (kRayMasked - 1) * facts.masked_share;
+    return {0, rays * masks * kRayPerRay * std::log2(TriangleCount(facts) + 2)};
   }
   LightCost operator()(const PcssOptions& pcss) const {
     LightCost cost = MapsCost(facts, 1, pcss.map_size);
@@ -109,7 +121,8 @@ struct CostOf {
   LightCost operator()(const ShaftOptions& shaft) const {
     const int rows = shaft.rows > 0 ? shaft.rows : ShaftRowsFor(facts, shaft.max_error);
     const double masks = kShaftMasked * facts.masked_share * (1 + kMaskedPerRow * (rows - 8));
-    const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) * (1 + kShaftPerRow * (rows - 8) + masks);
+    const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) *
+                         (1 + (kShaftCluttered - 1) * facts.clutter) * (1 + kShaftPerRow * (rows - 8) + masks);
     return {TriangleCount(facts) * (1 - facts.kept_share) * kShaftPerTriangle,
             kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * lists};
   }
@@ -136,12 +149,13 @@ double BlendNoise(const MethodFacts& facts, double samples) {
 
 MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers) {
   MethodFacts facts;
-  uint64_t masked = 0, blend = 0;
+  uint64_t masked = 0, blend = 0, vertices = 0;
   std::vector<uint64_t> places(scene.meshes.size(), 0);  // without a mask
   for (const Instance& instance : pose.instances) {
     if (!instance.casts) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
     facts.casting_triangles += mesh.TriangleCount();
+    vertices += mesh.vertex_count;
     const MaskCoverage coverage = scene.CoverageOf(mesh);
     if (coverage == MaskCoverage::kFull) ++places[instance.mesh];
     if (coverage == MaskCoverage::kTested) {
@@ -165,6 +179,9 @@ MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const Rende
     facts.masked_share = double(masked) / double(facts.casting_triangles);
     facts.blend_share = double(blend) / double(facts.casting_triangles);
     facts.kept_share = double(kept) / double(facts.casting_triangles);
+    // A closed surface has half as many vertices as triangles, a lone quad twice as many.
+    const double apart = (double(vertices) / double(facts.casting_triangles) - 0.6) / (2 - 0.6);
+    facts.clutter = std::max(facts.masked_share, std::clamp(apart, 0.0, 1.0));
   }
   facts.receivers = receivers;
   facts.lights = std::max<uint64_t>(request.lights.size(), 1);
@@ -205,7 +222,7 @@ double RayError(const MethodFacts& facts, int rays) {
 }
 
 int RaysFor(const MethodFacts& facts, double max_error) {
-  int rays = 16;
+  int rays = kFewestRays;
   while (rays < kMostRays && RayError(facts, rays) > max_error) rays *= 2;
   return rays;
 }

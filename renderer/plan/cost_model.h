@@ -19,6 +19,7 @@ struct MethodFacts {
   uint64_t casting_triangles = 0;
   double masked_share = 0;      // of them: those with a mask to test
   double blend_share = 0;       // of them: those of the masked that are BLEND
+  double clutter = 0;           // in [0,1]: how little they hang together, by the vertices that they share and by masks
   double kept_share = 0;        // of meshes that SHAFT keeps for all lights (light/kept_meshes.h)
   uint64_t kept_triangles = 0;  // theirs, once
   uint64_t receivers = 0;       // pixels of all views, or points
@@ -38,7 +39,8 @@ struct PredictedCost {
   double FrameMs() const { return scene_ms / kFramesOfAScene + light_ms + receiver_ms; }
   static constexpr double kFramesOfAScene = 10;
 };
-// Of options that are left open: as if the most were chosen, but shaft's rows, which are those for its max_error.
+// Of options that are left open: as if the most were chosen, but shaft's rows and adaptive rays with a max_error, which
+// are those for it.
 PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options);
 
 // Wall time to the last byte encoded, of a render of cpu_ms, on a machine that is so much slower than the table's.
@@ -48,8 +50,8 @@ double PredictWallMs(const MethodFacts& facts, double cpu_ms, double slowness);
 double ShaftError(const MethodFacts& facts, int rows);
 int ShaftRowsFor(const MethodFacts& facts, double max_error);  // 8 to 64, at most 16 where there is a mask
 double RayError(const MethodFacts& facts, int rays);
-int RaysFor(const MethodFacts& facts, double max_error);  // 16 to kMostRays, a power of two
-inline constexpr int kMostRays = 65536;
+int RaysFor(const MethodFacts& facts, double max_error);  // kFewestRays to kMostRays, a power of two
+inline constexpr int kFewestRays = 16, kMostRays = 65536;
 inline constexpr double kSssmError = 0.03;
 // What a picture is off by, of what its method's samples say (picture_error.h).
 double ErrorOfTold(const MethodOptions& options);

@@ -67,19 +67,21 @@ absl::StatusOr<OcclusionSum> RayMethod::ResolveOcclusion(const DrawContext& draw
   const TraceOptions trace = {.rays = ray.is_filtered ? std::min(kMostRays, kRaysOfPoint * ray.rays) : ray.rays,
                               .is_adaptive = ray.is_adaptive,
                               .stop_error = ray.stop_error,
+                              .mean_error = ray.max_error,
                               .seed = ray_data.seed};
   ASSIGN_OR_RETURN(TracedLight traced, TraceLight(*ray_data.scene, ray_data.light, on_cpu, trace, stop));
   OcclusionSum sum{std::move(traced.hidden), 1, traced.rays, NoteOf(traced.lit)};
   sum.errors = std::move(traced.errors);
   sum.has_independent_errors = true;
+  if (ray.max_error > 0) sum.chosen_options = {{"rays", std::to_string(traced.most_rays)}};
   return sum;
 }
 
 std::vector<std::pair<std::string, std::string>> RayMethod::DescribeOptions(const MethodOptions& options) const {
   const auto& ray = std::get<RayOptions>(options);
-  return {{"rays", std::to_string(ray.rays)},
+  return {{"rays", ray.max_error > 0 ? kChosen : std::to_string(ray.rays)},
           {"adaptive", ray.is_adaptive ? "true" : "false"},
-          {"stop_error", NumberText(ray.stop_error)},
+          {"stop_error", ray.max_error > 0 ? kChosen : NumberText(ray.stop_error)},
           {"filtered", ray.is_filtered ? "true" : "false"}};
 }
 

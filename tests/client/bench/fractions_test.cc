@@ -71,5 +71,16 @@ TEST(FractionsTest, OurOtherMethodsStandBesideButAreNoRivals) {
   EXPECT_EQ(fractions[2].single, "ssm");
 }
 
+TEST(FractionsTest, RaysThatABudgetStopsAreOurOwn) {
+  CaseResult result;
+  result.rows = {MakeRow("auto", "auto", 25, 0.009), MakeRow("ray", "ray", 100, 0.009),
+                 MakeRow("ray", "ray adaptive by budget", 20, 0.009)};
+  result.rows[2].setting.max_error = 0.01;
+  const std::vector<Fraction> fractions = FractionsOf(result, "auto");
+  EXPECT_EQ(fractions[1].rival, "ray");
+  EXPECT_EQ(fractions[1].single, "ray adaptive by budget");
+  EXPECT_DOUBLE_EQ(fractions[1].of_single, 1.25);
+}
+
 }  // namespace
 }  // namespace halfshade::bench

@@ -93,10 +93,10 @@ TEST(AutoSuiteTest, EveryBudgetStandsBesideEachRivalAndFramesInARow) {
   ASSERT_OK(suite);
   std::map<std::string, int> families;
   for (const Setting& setting : suite->settings) ++families[setting.family];
-  EXPECT_THAT(families, testing::UnorderedElementsAre(testing::Pair("auto", 4), testing::Pair("ray", 4),
-                                                      testing::Pair("ray filtered", 2),
-                                                      testing::Pair("ray adaptive", 3), testing::Pair("multi_map", 3),
-                                                      testing::Pair("pcss", 2), testing::Pair("shaft", 5)));
+  EXPECT_THAT(families, testing::UnorderedElementsAre(
+                            testing::Pair("auto", 4), testing::Pair("ray", 4), testing::Pair("ray filtered", 2),
+                            testing::Pair("ray adaptive", 3), testing::Pair("ray adaptive by budget", 4),
+                            testing::Pair("multi_map", 3), testing::Pair("pcss", 2), testing::Pair("shaft", 5)));
   EXPECT_EQ(suite->judged, "auto");
   EXPECT_EQ(suite->sequences.size(), 3 * suite->replies.size());
   EXPECT_EQ(MakeSuite("huge", {}, "").status().message(),

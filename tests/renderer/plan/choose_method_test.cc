@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ namespace {
 using testing::HasSubstr;
 
 MethodFacts Facts(uint64_t triangles, double masked_share = 0) {
-  return {.casting_triangles = triangles, .masked_share = masked_share, .receivers = 640 * 360};
+  return {
+      .casting_triangles = triangles, .masked_share = masked_share, .clutter = masked_share, .receivers = 640 * 360};
 }
 
 TEST(ChooseMethodTest, WithoutABudgetShaftTakesTheRowsThatThePictureWants) {
@@ -64,7 +66,7 @@ TEST(ChooseMethodTest, WhatStaysOfASceneIsWeighedAsOfTenFrames) {
   MethodFacts facts = Facts(230'000);
   facts.kept_share = 1;
   facts.kept_triangles = facts.casting_triangles;
-  const std::vector<MethodChoice> candidates = MethodCandidates(facts, 0.02);
+  const std::vector<MethodChoice> candidates = MethodCandidates(facts, 0.002);
   const auto named = [&](const std::string& name) {
     return *std::find_if(candidates.begin(), candidates.end(),
                          [&](const MethodChoice& choice) { return choice.reason == name; });
@@ -170,7 +172,7 @@ TEST(ChooseMethodTest, RaysThatTakeAnothersPlaceAreAsManyAsMasksWant) {
     const MethodFacts facts = Facts(6000, masked_share);
     MethodOptions smaller = ShaftOptions{.max_error = 0.004f}, exact = ShaftOptions{.max_error = 0.001f};
     ASSERT_TRUE(MakeSmaller(facts, &smaller));
-    EXPECT_LE(RayError(facts, std::get<RayOptions>(smaller).rays), 0.004) << masked_share;
+    EXPECT_LE(std::get<RayOptions>(smaller).max_error, 0.004f) << masked_share;
     ASSERT_TRUE(MakeMoreExact(facts, 0.004, &exact));
     EXPECT_LE(RayError(facts, std::get<RayOptions>(exact).rays), 0.002) << masked_share;
   }
@@ -185,8 +187,62 @@ TEST(ChooseMethodTest, WithoutRoomForShaftRaysTakeItsPlaceForItsError) {
   MethodOptions fine = ShaftOptions{.max_error = 0.001f}, coarse = ShaftOptions{.max_error = 0.02f};
   ASSERT_TRUE(MakeSmaller(Facts(6000), &fine));
   ASSERT_TRUE(MakeSmaller(Facts(6000), &coarse));
-  EXPECT_GT(std::get<RayOptions>(fine).rays, std::get<RayOptions>(coarse).rays);
+  EXPECT_EQ(std::get<RayOptions>(fine).max_error, 0.001f);
+  EXPECT_EQ(std::get<RayOptions>(coarse).max_error, 0.02f);
   EXPECT_FALSE(MakeSmaller(Facts(6000), &fine));
+}
+
+TEST(ChooseMethodTest, RaysGoOnUntilTheyTellTheErrorAndOfBlendAreAsManyEverywhereAsItWants) {
+  const auto rays_for = [](const MethodFacts& facts, double max_error) {
+    for (const MethodChoice& choice : MethodCandidates(facts, max_error)) {
+      if (choice.reason == "ray") return choice;
+    }
+    ADD_FAILURE();
+    return MethodChoice{};
+  };
+  MethodFacts facts = Facts(6000);
+  const MethodChoice adaptive = rays_for(facts, 0.01);
+  EXPECT_TRUE(std::get<RayOptions>(adaptive.options).is_adaptive);
+  EXPECT_LT(std::get<RayOptions>(adaptive.options).max_error, 0.01f);
+  EXPECT_LE(adaptive.error, 0.01);
+  EXPECT_LT(adaptive.cpu_ms, rays_for(facts, 0.001).cpu_ms);
+  facts.blend_share = 0.5;
+  const auto fixed = std::get<RayOptions>(rays_for(facts, 0.01).options);
+  EXPECT_FALSE(fixed.is_adaptive);
+  EXPECT_EQ(fixed.max_error, 0);
+  EXPECT_LE(RayError(facts, fixed.rays), 0.01);
+}
+
+TEST(ChooseMethodTest, RaysThatBrokeTheBudgetGoOnThenAreAsManyEverywhere) {
+  const MethodFacts facts = Facts(6000);
+  MethodOptions options = RayOptions{.rays = kMostRays, .is_adaptive = true, .max_error = 0.008f};
+  ASSERT_TRUE(MakeMoreExact(facts, 0.01, &options));
+  EXPECT_EQ(std::get<RayOptions>(options).max_error, 0.005f);
+  ASSERT_TRUE(MakeMoreExact(facts, 0.01, &options));
+  const auto fixed = std::get<RayOptions>(options);
+  EXPECT_FALSE(fixed.is_adaptive);
+  EXPECT_LE(RayError(facts, fixed.rays), 0.005);
+  ASSERT_TRUE(MakeMoreExact(facts, 0.01, &options));
+  EXPECT_EQ(std::get<RayOptions>(options).rays, 4 * fixed.rays);
+}
+
+TEST(SettleMethodTest, AdaptiveRaysByNameStopAtTheWantedMean) {
+  const MadeScene made = MakeScene("S5", {.light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  const auto pose = BuildPose(scene, 0, {});
+  ASSERT_OK(pose);
+  for (const bool is_adaptive : {false, true}) {
+    for (const std::optional<double> max_error : {std::optional<double>{}, std::optional<double>{0.01}}) {
+      RenderRequest request = RequestFor(made);
+      request.method = RayOptions{.rays = 4096, .is_adaptive = is_adaptive};
+      request.budget.max_error = max_error;
+      ASSERT_OK(SettleMethod(scene, *pose, 640 * 360, &request));
+      const auto& ray = std::get<RayOptions>(request.method);
+      EXPECT_EQ(ray.rays, 4096);
+      EXPECT_EQ(ray.max_error > 0, is_adaptive && max_error);
+      EXPECT_LE(ray.max_error, 0.01f);
+    }
+  }
 }
 
 TEST(SettleMethodTest, ShaftByNameChoosesItsRowsForTheWantedError) {

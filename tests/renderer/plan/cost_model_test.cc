@@ -6,6 +6,8 @@
 #include "renderer/scene/pose.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/render_fixture.h"
+#include "tests/support/scene_makers.h"
+#include "tests/support/status_matchers.h"
 
 namespace halfshade {
 namespace {
@@ -141,6 +143,34 @@ TEST(CostModelTest, InRoomsMapsAreFiveAndRaysAreRays) {
 TEST(CostModelTest, WallTimeGoesWithTheMachine) {
   const MethodFacts facts = Facts(5000);
   EXPECT_DOUBLE_EQ(PredictWallMs(facts, 100, 3), 3 * PredictWallMs(facts, 100, 1));
+}
+
+// Leaves share no vertex: rays disagree over more of the picture, and the more the finer the error; lists are longer.
+TEST(CostModelTest, ClutterIsDearestForRaysAtFineErrors) {
+  MethodFacts smooth = Facts(6000), clutter = smooth;
+  clutter.clutter = 1;
+  const auto times_as_dear = [&](const MethodOptions& options) {
+    return PredictCost(clutter, options).receiver_ms / PredictCost(smooth, options).receiver_ms;
+  };
+  const auto rays = [](float max_error) {
+    return RayOptions{.rays = kMostRays, .is_adaptive = true, .max_error = max_error};
+  };
+  EXPECT_GT(times_as_dear(ShaftOptions{.rows = 8}), 1.2);
+  EXPECT_GT(times_as_dear(rays(0.02f)), 1.2);
+  EXPECT_GT(times_as_dear(rays(0.002f)), 2 * times_as_dear(rays(0.02f)));
+  EXPECT_EQ(times_as_dear(RayOptions{.rays = 64}), 1);
+}
+
+TEST(CostModelTest, ClutterIsToldByTheVerticesThatTrianglesShare) {
+  const auto clutter_of = [](const char* name) {
+    const MadeScene made = MakeScene(name, {.light_share = 0.2});
+    const FlatScene scene = MakeFlatScene(made.meshes);
+    const auto pose = BuildPose(scene, 0, {});
+    EXPECT_OK(pose);
+    return FactsForMethod(scene, *pose, RequestFor(made), 640 * 360).clutter;
+  };
+  EXPECT_EQ(clutter_of("S2"), 0) << "a smooth solid";
+  EXPECT_EQ(clutter_of("S5"), 1) << "leaves of two triangles";
 }
 
 }  // namespace
