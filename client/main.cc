@@ -66,6 +66,7 @@ void AddSceneFlags(CLI::App* app, RenderFlags& flags) {
 // What renders and plans share.
 void AddPictureFlags(CLI::App* app, RenderFlags& flags) {
   AddSceneFlags(app, flags);
+  app->add_option("--expected-frames", flags.expected_frames, "frames with these lights, for auto to prepare them by");
   app->add_option(
          "-o,--output", flags.outputs,
          "FILE or KIND=FILE (.png .exr .jpg .tif .f32 .f16); repeatable; outputs of one .exr become its layers")

@@ -137,6 +137,7 @@ absl::Status ApplyNumbers(const RenderFlags& flags, v1::RenderRequest* request) 
     request->mutable_certify()->set_rays(rays);
   }
   if (flags.seed) request->set_seed(*flags.seed);
+  if (flags.expected_frames) request->set_expected_frames(*flags.expected_frames);
   if (!flags.cache.empty()) {
     const auto& field = *v1::RenderRequest::descriptor()->FindFieldByName("cache");
     RETURN_IF_ERROR(SetFieldFromText(request, field, "--cache", flags.cache));

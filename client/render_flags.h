@@ -29,6 +29,7 @@ struct RenderFlags {
   std::optional<double> max_latency_ms;
   std::string certify;  // PIXELS,RAYS
   std::optional<uint32_t> seed;
+  std::optional<uint32_t> expected_frames;
   std::string cache;                 // use, refresh
   std::vector<std::string> outputs;  // FILE, KIND=FILE
 };

@@ -436,7 +436,8 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
     if (absl::Status drawn = frame.Draw(on_context); !drawn.ok()) {
       if (!absl::IsResourceExhausted(drawn) || !asked.is_auto) return drawn;
       ASSIGN_OR_RETURN(const MethodFacts facts, MethodFactsOf(scene, asked));
-      if (!MakeSmaller(facts, &asked.method)) return drawn;
+      const double max_error = request.budget.max_error.value_or(kDefaultMaxError);
+      if (!MakeSmaller(facts, max_error, &asked.method)) return drawn;
       asked.method_reason += "; ray in its place: " + std::string(drawn.message());
       continue;
     }

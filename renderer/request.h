@@ -132,6 +132,7 @@ struct RenderRequest {
   int height = 720;
   int samples = 1;  // 1, 4 or 8 a pixel, for FRAME
   std::vector<AreaLight> lights;
+  uint32_t expected_frames = 0;  // with these lights, this one included; 0: unknown
   MethodOptions method;
   bool is_auto = false;       // the method was chosen, not asked for (plan/choose_method.h)
   std::string method_reason;  // why this method, for the report

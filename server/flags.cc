@@ -92,7 +92,9 @@ int ParseDaemonFlags(int argc, const char* const* argv, DaemonFlags* flags) {
   std::string gl = "auto";
   app.add_option("--gl", gl, "auto, egl or osmesa")->check(CLI::IsMember({"auto", "egl", "osmesa"}));
   app.add_option("--egl-device", options.gl.egl_device, "which EGL device")->check(CLI::NonNegativeNumber);
-  app.add_option("--contexts", options.contexts, "GL contexts, a thread each")->check(CLI::Range(1, 64));
+  app.add_option("--contexts", options.contexts,
+                 "GL contexts, a thread each; of software drivers they take turns at GL")
+      ->check(CLI::Range(1, 64));
   app.add_option("--canary-ms", options.canary_ms, "a context that is idle for so long shows that it still draws")
       ->check(CLI::Range(10, 3'600'000))
       ->capture_default_str();

@@ -282,6 +282,7 @@ absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request,
   ASSIGN_OR_RETURN(ValidatedRender result, CheckFields(request, limits));
   RenderRequest& plain = result.request;
   plain.budget.slowness = slowness;
+  plain.expected_frames = request.expected_frames();
   plain.scene_index = request.has_scene_index() ? request.scene_index() : scene.default_scene;
   ASSIGN_OR_RETURN(Motion motion, ResolveMotion(request, scene));
   plain.node_overrides = std::move(motion.overrides);
@@ -348,7 +349,7 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
   if (const auto* hard = std::get_if<HardOptions>(&request.method)) add(hard->map_size);
   if (const auto* multi_map = std::get_if<MultiMapOptions>(&request.method)) add(multi_map->k, multi_map->map_size);
   if (const auto* ray = std::get_if<RayOptions>(&request.method)) {
-    add(ray->rays, ray->is_adaptive, ray->stop_error, ray->is_filtered);
+    add(ray->rays, ray->is_adaptive, ray->stop_error, ray->max_error, ray->is_filtered);
   }
   if (const auto* pcss = std::get_if<PcssOptions>(&request.method)) {
     add(pcss->map_size, pcss->blocker_taps, pcss->filter_taps, pcss->weights, pcss->skips);

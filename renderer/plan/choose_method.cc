@@ -26,7 +26,7 @@ std::string Milliseconds(double value) {
 
 MethodChoice MakeChoice(const MethodFacts& facts, const char* name, const MethodOptions& options, double error) {
   const PredictedCost cost = PredictCost(facts, options);
-  return {options, error, cost.TotalMs(), cost.FrameMs(), name};
+  return {options, error, cost.TotalMs(), cost.FrameMs(facts.frames), name};
 }
 
 // A sample of the picture's tiles says how many rows it wants, and rays tell their error as a mean: hence the margin.
@@ -53,6 +53,17 @@ MethodChoice Ray(const MethodFacts& facts, double max_error) {
   return MakeChoice(facts, "ray", rays, std::max(std::min(max_error, most), RayError(facts, kMostRays)));
 }
 
+// What its light data cost is paid back by many frames. It does not tell its error, so each is certified.
+MethodChoice Pdsm(const MethodFacts& facts, double max_error) {
+  PdsmOptions options;
+  for (options.k = 16; options.k < 256 && PdsmError(facts, options.k) > Wanted(max_error);) options.k *= 4;
+  MethodChoice choice = MakeChoice(facts, "pdsm", options, PdsmError(facts, options.k));
+  const PredictedCost certificate = CertificateCost(facts, kDefaultCertificate);
+  choice.cpu_ms += certificate.TotalMs();
+  choice.frame_ms += certificate.FrameMs(facts.frames);
+  return choice;
+}
+
 // The methods that know how wide penumbrae are.
 MethodChoice PenumbraWidths(const MethodFacts& facts) {
   SssmOptions options;
@@ -69,9 +80,10 @@ bool TellsError(const MethodOptions& options) {
 }
 
 // "shaft: predicted error 0.0019 in 190 CPU-ms"
-std::string Describe(const MethodChoice& choice) {
+std::string Describe(const MethodChoice& choice, uint64_t frames) {
   return choice.reason + ": predicted error " + Number(choice.error) + " in " + Milliseconds(choice.cpu_ms) +
-         " CPU-ms, " + Milliseconds(choice.frame_ms) + " a frame of ten";
+         " CPU-ms, " + Milliseconds(choice.frame_ms) + " a frame of " +
+         std::to_string(PredictedCost::FramesOfScene(frames));
 }
 
 // Of a method that was asked for.
@@ -94,6 +106,7 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
   }
   candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
+  if (facts.frames > 1 && facts.masked_share == 0) candidates.push_back(Pdsm(facts, max_error));
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const MethodChoice& a, const MethodChoice& b) { return a.frame_ms < b.frame_ms; });
   return candidates;
@@ -125,9 +138,9 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
       if (choice.error >= best.error) continue;
       if (!budget.max_latency_ms && best.error < std::numeric_limits<double>::infinity()) continue;  // dearer
       best = choice;
-      best.reason = "auto, " + Describe(choice);
+      best.reason = "auto, " + Describe(choice, facts.frames);
       for (const MethodChoice& other : candidates) {
-        if (&other != &choice) best.reason += "; " + Describe(other);
+        if (&other != &choice) best.reason += "; " + Describe(other, facts.frames);
       }
     }
   };
@@ -196,10 +209,13 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
   return absl::OkStatus();
 }
 
-bool MakeSmaller(const MethodFacts& facts, MethodOptions* options) {
-  const auto* shaft = std::get_if<ShaftOptions>(options);
-  if (shaft == nullptr) return false;
-  *options = RaysUntil(facts, shaft->max_error);
+bool MakeSmaller(const MethodFacts& facts, double max_error, MethodOptions* options) {
+  if (const auto* shaft = std::get_if<ShaftOptions>(options)) {
+    *options = RaysUntil(facts, shaft->max_error);
+    return true;
+  }
+  if (!std::holds_alternative<PdsmOptions>(*options)) return false;
+  *options = RaysUntil(facts, Wanted(max_error));
   return true;
 }
 
@@ -211,6 +227,10 @@ bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* op
     } else {
       *options = RayOptions{.rays = RaysFor(facts, half)};
     }
+    return true;
+  }
+  if (std::holds_alternative<PdsmOptions>(*options)) {
+    *options = ShaftOptions{.rows = 0, .max_error = half};
     return true;
   }
   if (auto* ray = std::get_if<RayOptions>(options)) {
@@ -230,7 +250,7 @@ bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* op
 }
 
 bool CertifiesByDefault(const MethodFacts& facts, double cpu_ms) {
-  return CertificateMs(facts, kDefaultCertificate) <= 0.05 * cpu_ms;
+  return CertificateCost(facts, kDefaultCertificate).TotalMs() <= 0.05 * cpu_ms;
 }
 
 }  // namespace halfshade

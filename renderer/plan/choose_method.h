@@ -42,11 +42,12 @@ inline constexpr double kDefaultMaxError = 0.002;
 absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t receivers, RenderRequest* request);
 
 // What to draw after a picture that broke max_error: shaft or adaptive rays once more at half of it, then rays
-// everywhere, four times as many each time until there are no more (false).
+// everywhere, four times as many each time until there are no more (false). Shaft after pdsm.
 bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options);
 
-// What AUTO draws where its method has no room for its light data: rays for the same error. False: it has no other.
-bool MakeSmaller(const MethodFacts& facts, MethodOptions* options);
+// What AUTO draws where its method has no room for its light data: rays, which have none, for shaft's error or else for
+// max_error. False: it has no other.
+bool MakeSmaller(const MethodFacts& facts, double max_error, MethodOptions* options);
 
 // What a certificate may cost of a request whose method is predicted to take cpu_ms: none, unless its rays and the
 // hierarchy that they are traced in are a twentieth of that.

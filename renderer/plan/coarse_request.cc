@@ -34,6 +34,7 @@ std::vector<RenderRequest> PlanCoarseRequests(const FlatScene& scene, const Pose
     coarse.certify.reset();
     coarse.budget = {};
     coarse.is_auto = true;
+    coarse.expected_frames = 0;  // each is drawn once
     const MethodFacts facts = FactsForMethod(scene, pose, coarse, ReceiverCount(coarse));
     const double max_error = facts.wants_penumbra_width ? kSssmError : step.max_error;
     absl::StatusOr<MethodChoice> choice = ChooseMethod(facts, {.max_error = max_error});

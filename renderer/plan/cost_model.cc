@@ -49,6 +49,10 @@ constexpr double kShaftErrorOfTold = 0.85;
 // Where all is masked, leaves upon leaves, they are so many times as large.
 constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
 constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
+// PDSM's: of its number of maps, and of texels, more for each so many triangles, which are finer than texels then; of
+// leaves a thousandth of the pixels are off by half.
+constexpr double kPdsmErrorOfMap = 0.1, kPdsmRate = 0.7;
+constexpr double kPdsmErrorOfTexels = 0.002, kPdsmTriangles = 40'000, kClutteredPdsmError = 0.05;
 // Of BLEND samples are coin tosses (scene/blend.h): mean |error| of one, sqrt(2 / pi) times the mean of sqrt(a (1 - a))
 // over all a, pi / 8.
 constexpr double kBlendNoise = 0.313;
@@ -185,6 +189,7 @@ MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const Rende
   }
   facts.receivers = receivers;
   facts.lights = std::max<uint64_t>(request.lights.size(), 1);
+  facts.frames = std::max<uint64_t>(request.expected_frames, 1);
   facts.wants_penumbra_width =
       std::find(request.outputs.begin(), request.outputs.end(), OutputKind::kPenumbraWidth) != request.outputs.end();
   return facts;
@@ -231,12 +236,17 @@ double ErrorOfTold(const MethodOptions& options) {
   return std::holds_alternative<ShaftOptions>(options) ? kShaftErrorOfTold : 1;
 }
 
-double CertificateMs(const MethodFacts& facts, const CertifyOptions& certificate) {
+double PdsmError(const MethodFacts& facts, int k) {
+  const double smooth = kPdsmErrorOfTexels * (1 + TriangleCount(facts) / kPdsmTriangles);
+  return std::max(smooth, facts.clutter * kClutteredPdsmError) + kPdsmErrorOfMap * std::pow(k, -kPdsmRate);
+}
+
+PredictedCost CertificateCost(const MethodFacts& facts, const CertifyOptions& certificate) {
   constexpr double kScattered = 4;          // rays to random pixels are no packets
   constexpr double kEachCertificate = 3.5;  // its pixels read, its interval drawn
   const double rays = 2.0 * certificate.pixels * certificate.rays;
-  return kEachCertificate + TriangleCount(facts) * kRayPerTriangle +
-         rays * kScattered * kRayPerRay * std::log2(TriangleCount(facts) + 2);
+  return {.scene_ms = TriangleCount(facts) * kRayPerTriangle,
+          .receiver_ms = kEachCertificate + rays * kScattered * kRayPerRay * std::log2(TriangleCount(facts) + 2)};
 }
 
 }  // namespace halfshade

@@ -24,6 +24,7 @@ struct MethodFacts {
   uint64_t kept_triangles = 0;  // theirs, once
   uint64_t receivers = 0;       // pixels of all views, or points
   uint64_t lights = 1;
+  uint64_t frames = 1;  // with these lights
   bool wants_penumbra_width = false;
   bool has_side_windows = false;  // some caster's box stands beside a light: each map is five (light/window.h)
 };
@@ -35,9 +36,11 @@ struct PredictedCost {
   double light_ms = 0;     // what stays for the next camera
   double receiver_ms = 0;  // what does not
   double TotalMs() const { return scene_ms + light_ms + receiver_ms; }
-  // What methods are compared by: a scene is seldom drawn once.
-  double FrameMs() const { return scene_ms / kFramesOfAScene + light_ms + receiver_ms; }
-  static constexpr double kFramesOfAScene = 10;
+  // What methods are compared by: one of `frames` with the same lights. A scene is seldom drawn once.
+  double FrameMs(uint64_t frames) const {
+    return scene_ms / double(FramesOfScene(frames)) + light_ms / double(frames) + receiver_ms;
+  }
+  static uint64_t FramesOfScene(uint64_t frames) { return frames > 10 ? frames : 10; }
 };
 // Of options that are left open: as if the most were chosen, but shaft's rows and adaptive rays with a max_error, which
 // are those for it.
@@ -52,11 +55,12 @@ int ShaftRowsFor(const MethodFacts& facts, double max_error);  // 8 to 64, at mo
 double RayError(const MethodFacts& facts, int rays);
 int RaysFor(const MethodFacts& facts, double max_error);  // kFewestRays to kMostRays, a power of two
 inline constexpr int kFewestRays = 16, kMostRays = 65536;
+double PdsmError(const MethodFacts& facts, int k);
 inline constexpr double kSssmError = 0.03;
 // What a picture is off by, of what its method's samples say (picture_error.h).
 double ErrorOfTold(const MethodOptions& options);
 
-// Of a certificate of `pixels` by two sets of `rays`, the hierarchy that they are traced in included.
-double CertificateMs(const MethodFacts& facts, const CertifyOptions& certificate);
+// Of a certificate of `pixels` by two sets of `rays`; the hierarchy that they are traced in is the scene's.
+PredictedCost CertificateCost(const MethodFacts& facts, const CertifyOptions& certificate);
 
 }  // namespace halfshade

@@ -171,7 +171,7 @@ TEST(ChooseMethodTest, RaysThatTakeAnothersPlaceAreAsManyAsMasksWant) {
   for (const double masked_share : {0.0, 1.0}) {
     const MethodFacts facts = Facts(6000, masked_share);
     MethodOptions smaller = ShaftOptions{.max_error = 0.004f}, exact = ShaftOptions{.max_error = 0.001f};
-    ASSERT_TRUE(MakeSmaller(facts, &smaller));
+    ASSERT_TRUE(MakeSmaller(facts, 0.004, &smaller));
     EXPECT_LE(std::get<RayOptions>(smaller).max_error, 0.004f) << masked_share;
     ASSERT_TRUE(MakeMoreExact(facts, 0.004, &exact));
     EXPECT_LE(RayError(facts, std::get<RayOptions>(exact).rays), 0.002) << masked_share;
@@ -184,12 +184,12 @@ TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
 }
 
 TEST(ChooseMethodTest, WithoutRoomForShaftRaysTakeItsPlaceForItsError) {
-  MethodOptions fine = ShaftOptions{.max_error = 0.001f}, coarse = ShaftOptions{.max_error = 0.02f};
-  ASSERT_TRUE(MakeSmaller(Facts(6000), &fine));
-  ASSERT_TRUE(MakeSmaller(Facts(6000), &coarse));
+  MethodOptions fine = ShaftOptions{.max_error = 0.001f}, coarse = PdsmOptions{};
+  ASSERT_TRUE(MakeSmaller(Facts(6000), 0.002, &fine));
+  ASSERT_TRUE(MakeSmaller(Facts(6000), 0.02, &coarse));
   EXPECT_EQ(std::get<RayOptions>(fine).max_error, 0.001f);
-  EXPECT_EQ(std::get<RayOptions>(coarse).max_error, 0.02f);
-  EXPECT_FALSE(MakeSmaller(Facts(6000), &fine));
+  EXPECT_GT(std::get<RayOptions>(coarse).max_error, 0.01f);
+  EXPECT_FALSE(MakeSmaller(Facts(6000), 0.002, &fine));
 }
 
 TEST(ChooseMethodTest, RaysGoOnUntilTheyTellTheErrorAndOfBlendAreAsManyEverywhereAsItWants) {
@@ -211,6 +211,32 @@ TEST(ChooseMethodTest, RaysGoOnUntilTheyTellTheErrorAndOfBlendAreAsManyEverywher
   EXPECT_FALSE(fixed.is_adaptive);
   EXPECT_EQ(fixed.max_error, 0);
   EXPECT_LE(RayError(facts, fixed.rays), 0.01);
+}
+
+// A smooth mesh of 100 k triangles: its maps take a second, and then any camera asks them for less than its shafts.
+TEST(ChooseMethodTest, PdsmIsPaidBackByManyFramesOfADenseMesh) {
+  const auto choose = [](uint64_t triangles, uint64_t frames, double max_error, double clutter) {
+    MethodFacts facts = Facts(triangles);
+    facts.clutter = clutter;
+    facts.frames = frames;
+    const auto choice = ChooseMethod(facts, {.max_error = max_error});
+    EXPECT_OK(choice);
+    return choice.ok() ? *choice : MethodChoice{};
+  };
+  const auto is_pdsm = [&](auto... facts) { return std::holds_alternative<PdsmOptions>(choose(facts...).options); };
+  EXPECT_FALSE(is_pdsm(100'000, 1, 0.02, 0.0));
+  EXPECT_TRUE(is_pdsm(100'000, 1000, 0.02, 0.0));
+  EXPECT_FALSE(is_pdsm(100'000, 1000, 0.005, 0.0)) << "no number of its maps is as exact";
+  EXPECT_FALSE(is_pdsm(100'000, 1000, 0.02, 1.0)) << "leaves";
+  EXPECT_FALSE(is_pdsm(6000, 1000, 0.02, 0.0)) << "what is quick is not made quicker";
+  EXPECT_LE(choose(100'000, 1000, 0.02, 0.0).error, 0.02);
+  EXPECT_THAT(choose(100'000, 1000, 0.02, 0.0).reason, HasSubstr("a frame of 1000"));
+}
+
+TEST(ChooseMethodTest, AfterPdsmBrokeTheBudgetShaftDoesNot) {
+  MethodOptions options = PdsmOptions{};
+  ASSERT_TRUE(MakeMoreExact(Facts(229'000), 0.01, &options));
+  EXPECT_EQ(std::get<ShaftOptions>(options).max_error, 0.005f);
 }
 
 TEST(ChooseMethodTest, RaysThatBrokeTheBudgetGoOnThenAreAsManyEverywhere) {
