@@ -54,9 +54,8 @@ MethodChoice Ray(const MethodFacts& facts, double max_error) {
 }
 
 // What its light data cost is paid back by many frames. It does not tell its error, so each is certified.
-MethodChoice Pdsm(const MethodFacts& facts, double max_error) {
-  PdsmOptions options;
-  for (options.k = 16; options.k < 256 && PdsmError(facts, options.k) > Wanted(max_error);) options.k *= 4;
+MethodChoice Pdsm(const MethodFacts& facts) {
+  constexpr PdsmOptions options = {.k = 256};  // fewer show their steps, however small their mean error
   MethodChoice choice = MakeChoice(facts, "pdsm", options, PdsmError(facts, options.k));
   const PredictedCost certificate = CertificateCost(facts, kDefaultCertificate);
   choice.cpu_ms += certificate.TotalMs();
@@ -106,7 +105,7 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
   }
   candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
-  if (facts.frames > 1 && facts.masked_share == 0) candidates.push_back(Pdsm(facts, max_error));
+  if (facts.frames > 1 && facts.masked_share == 0) candidates.push_back(Pdsm(facts));
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const MethodChoice& a, const MethodChoice& b) { return a.frame_ms < b.frame_ms; });
   return candidates;

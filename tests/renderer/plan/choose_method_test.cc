@@ -230,6 +230,7 @@ TEST(ChooseMethodTest, PdsmIsPaidBackByManyFramesOfADenseMesh) {
   EXPECT_FALSE(is_pdsm(100'000, 1000, 0.02, 1.0)) << "leaves";
   EXPECT_FALSE(is_pdsm(6000, 1000, 0.02, 0.0)) << "what is quick is not made quicker";
   EXPECT_LE(choose(100'000, 1000, 0.02, 0.0).error, 0.02);
+  EXPECT_EQ(std::get<PdsmOptions>(choose(100'000, 1000, 0.1, 0.0).options).k, 256) << "fewer are seen as steps";
   EXPECT_THAT(choose(100'000, 1000, 0.02, 0.0).reason, HasSubstr("a frame of 1000"));
 }
 
