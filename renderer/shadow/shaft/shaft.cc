@@ -94,22 +94,36 @@ class Resolve {
 
   void ResolveTileOf(const TileFiller& filler, int index, int rows) {
     thread_local Tile tile;
-    if (filler.Fill(index, &tile)) ResolveFilled(tile, rows);
+    if (filler.Fill(index, &tile)) ResolveFilled(rows, &tile);
   }
 
-  void ResolveFilled(const Tile& tile, int rows) {
+  void ResolveFilled(int rows, Tile* tile) {
+    thread_local std::vector<Tile> apart;
+    SplitTile(tile, &apart);
+    bool is_lit = true, meets_blend = false;
+    const auto resolve = [&](const Tile& part) {
+      const TileResult& result = ResolvePart(part, rows);
+      is_lit = is_lit && result.polygons == 0;
+      meets_blend = meets_blend || result.meets_blend;
+    };
+    resolve(*tile);
+    std::for_each(apart.begin(), apart.end(), resolve);
+    ++(is_lit ? lit_ : resolved_);
+    of_blend_ += meets_blend;
+  }
+
+  const TileResult& ResolvePart(const Tile& tile, int rows) {
     thread_local TileScratch scratch;
     thread_local TileResult result;
     ResolveTile(data_.tree, data_.masks, tile, rows, &scratch, &result);
     drawn_ += result.drawn;
-    ++(result.polygons == 0 ? lit_ : resolved_);
-    of_blend_ += result.meets_blend;
     const float error_of_disagreement = result.meets_blend ? kErrorOfCoins : kErrorOfDisagreement;
     for (int i = 0; i < Tile::kMost; ++i) {
       if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
       hidden_[tile.index[i]] = result.hidden[i];
       errors_[tile.index[i]] = error_of_disagreement * result.disagreement[i];
     }
+    return result;
   }
 
   // Blocks that the grid tells, and the rest.
@@ -118,25 +132,17 @@ class Resolve {
     constexpr int kAcross = 4;  // blocks of a tile
     const int tiles_across = (grid.columns() + kAcross - 1) / kAcross;
     const int left = index % tiles_across * kAcross, top = index / tiles_across * kAcross;
-    uint32_t told = 0;
-    bool is_all_told = true;
+    uint32_t left_over = 0;
     for (int block = 0; block < Tile::kBlocks; ++block) {
       const int column = left + block % kAcross, row = top + block / kAcross;
       if (column >= grid.columns() || row >= grid.rows()) continue;
       if (grid.Interpolate(column, row, MostBend(), &hidden_, &errors_)) {
-        told |= 1u << block;
         ++interpolated_;
       } else {
-        is_all_told = false;
+        left_over |= 1u << block;
       }
     }
-    if (is_all_told || !filler.Fill(index, &tile)) return;
-    bool is_any_active = false;
-    for (int block = 0; block < Tile::kBlocks; ++block) {
-      if ((told >> block & 1) != 0) tile.active[block] = 0;
-      is_any_active = is_any_active || tile.active[block] != 0;
-    }
-    if (is_any_active) ResolveFilled(tile, rows_);
+    if (left_over != 0 && filler.Fill(index, &tile) && KeepBlocks(left_over, &tile)) ResolveFilled(rows_, &tile);
   }
 
   // Samples are off by about a 16th of that anyway.

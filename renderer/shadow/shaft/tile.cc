@@ -1,7 +1,9 @@
 #include "renderer/shadow/shaft/tile.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <iterator>
 
 #include "renderer/math/camera.h"
 #include "renderer/math/light_frame.h"
@@ -37,7 +39,100 @@ bool HaveOnePlane(const Tile& tile, int a, int b) {
          tile.normal_z[a] == tile.normal_z[b] && tile.offset[a] == tile.offset[b];
 }
 
+bool IsActive(const Tile& tile, int i) { return (tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) != 0; }
+
+// What follows from the active lanes; the others become copies of one of them. False: none is.
+bool FinishLanes(Tile* tile) {
+  const auto is_any = [](uint32_t lanes) { return lanes != 0; };
+  const auto first_block = std::find_if(std::begin(tile->active), std::end(tile->active), is_any) - tile->active;
+  if (first_block == Tile::kBlocks) return false;
+  const int first_active = int(first_block) * Tile::kLanes + std::countr_zero(tile->active[first_block]);
+  tile->shares_one_plane = true;
+  for (int block = 0; block < Tile::kBlocks; ++block) {
+    const int first = block * Tile::kLanes;
+    const int model = tile->active[block] != 0 ? first + std::countr_zero(tile->active[block]) : first_active;
+    tile->cut[block] &= tile->active[block];
+    tile->shares_plane[block] = true;
+    for (int i = first; i < first + Tile::kLanes; ++i) {
+      if (!IsActive(*tile, i)) CopyLane(model, i, tile);
+      tile->shares_plane[block] = tile->shares_plane[block] && HaveOnePlane(*tile, i, model);
+    }
+    tile->shares_one_plane =
+        tile->shares_one_plane && tile->shares_plane[block] && HaveOnePlane(*tile, model, first_active);
+  }
+  return true;
+}
+
+// Of a row of bins along an axis of shaft space, from the least of a tile's receivers to the greatest of them.
+struct Gap {
+  static constexpr int kBins = 32;
+  int axis = -1;  // below 0: there is none
+  float low = 0, bins_per_length = 0;
+  int first_beyond = 0;  // bin
+
+  bool IsBeyond(const Tile& tile, int i) const { return BinOf(AlongAxis(tile)[i]) >= first_beyond; }
+  int BinOf(float value) const { return std::min(kBins - 1, int((value - low) * bins_per_length)); }
+  const float* AlongAxis(const Tile& tile) const { return axis == 0 ? tile.x : axis == 1 ? tile.y : tile.z; }
+};
+
+// The widest where no receiver of the tile is. Shaft space's unit is the light's edge: what is small beside that widens
+// no hull.
+Gap FindGap(const Tile& tile) {
+  constexpr float kLeastExtent = 0.25f;
+  constexpr int kLeastBins = 3;
+  Gap widest;
+  int most = kLeastBins - 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    Gap gap;
+    gap.axis = axis;
+    const float* values = gap.AlongAxis(tile);
+    const auto [low, high] = std::minmax_element(values, values + Tile::kMost);
+    if (!(*high - *low > kLeastExtent)) continue;
+    gap.low = *low;
+    gap.bins_per_length = Gap::kBins / (*high - *low);
+    uint32_t taken = 0;
+    for (int i = 0; i < Tile::kMost; ++i) taken |= 1u << gap.BinOf(values[i]);
+    int last = 0;  // bin that is taken
+    for (; taken != 0; taken &= taken - 1) {
+      gap.first_beyond = std::countr_zero(taken);
+      if (gap.first_beyond - last - 1 > most) {
+        most = gap.first_beyond - last - 1;
+        widest = gap;
+      }
+      last = gap.first_beyond;
+    }
+  }
+  return widest;
+}
+
 }  // namespace
+
+bool KeepBlocks(uint32_t blocks, Tile* tile) {
+  for (int block = 0; block < Tile::kBlocks; ++block) {
+    if ((blocks >> block & 1) == 0) tile->active[block] = 0;
+  }
+  return FinishLanes(tile);
+}
+
+void SplitTile(Tile* tile, std::vector<Tile>* apart) {
+  apart->clear();
+  apart->reserve(kMostApart);  // none of them moves
+  for (size_t k = 0; k <= apart->size() && apart->size() < kMostApart;) {
+    Tile* near = k == 0 ? tile : &(*apart)[k - 1];
+    const Gap gap = FindGap(*near);
+    if (gap.axis < 0) {
+      ++k;
+      continue;
+    }
+    Tile* beyond = &apart->emplace_back(*near);
+    for (int i = 0; i < Tile::kMost; ++i) {
+      Tile* other = gap.IsBeyond(*beyond, i) ? near : beyond;
+      other->active[i / Tile::kLanes] &= ~(1u << (i % Tile::kLanes));
+    }
+    FinishLanes(near);
+    FinishLanes(beyond);
+  }
+}
 
 TileFiller::TileFiller(const CpuReceivers& receivers, const AreaLight& light, const ShaftSpace& space, uint32_t seed,
                        bool is_sparse)
@@ -70,7 +165,6 @@ bool TileFiller::Fill(int index, Tile* tile) const {
   const int block_height = Tile::kLanes / block_width_, blocks_across = tile_width_ / block_width_;
   tile->size_m = 0;
   tile->is_loose = false;
-  int first_active = -1;
   for (int block = 0; block < Tile::kBlocks; ++block) {
     tile->active[block] = tile->cut[block] = 0;
     tile->block_hash[block] = uint32_t(Hash(~seed_, uint32_t(index * Tile::kBlocks + block)) >> 32);
@@ -87,30 +181,11 @@ bool TileFiller::Fill(int index, Tile* tile) const {
       const glm::dvec2 ndc(2 * (x + 0.5) / receivers_.width - 1, 1 - 2 * (y + 0.5) / receivers_.height);
       if (!receivers_.IsReceiving(receiver) || !FillLane(i, receiver, ndc, tile)) continue;
       tile->active[block] |= 1u << lane;
-      if (first_active < 0) first_active = i;
       const float low = tile->up[i] + std::min(tile->up_x[i], 0.0f) + std::min(tile->up_y[i], 0.0f);
       if (!(low > 0)) tile->cut[block] |= 1u << lane;
     }
   }
-  if (first_active < 0) return false;
-  tile->shares_one_plane = true;
-  for (int block = 0; block < Tile::kBlocks; ++block) {
-    int model = first_active;
-    for (int i = block * Tile::kLanes; i < (block + 1) * Tile::kLanes; ++i) {
-      if (tile->active[block] >> (i % Tile::kLanes) & 1) {
-        model = i;
-        break;
-      }
-    }
-    tile->shares_plane[block] = true;
-    for (int i = block * Tile::kLanes; i < (block + 1) * Tile::kLanes; ++i) {
-      if (!(tile->active[block] >> (i % Tile::kLanes) & 1)) CopyLane(model, i, tile);
-      tile->shares_plane[block] = tile->shares_plane[block] && HaveOnePlane(*tile, i, model);
-    }
-    tile->shares_one_plane =
-        tile->shares_one_plane && tile->shares_plane[block] && HaveOnePlane(*tile, model, first_active);
-  }
-  return true;
+  return FinishLanes(tile);
 }
 
 bool TileFiller::FillLane(int lane, size_t receiver, const glm::dvec2& ndc, Tile* tile) const {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <vector>
 
 #include "renderer/light/cpu_receivers.h"
 #include "renderer/request.h"
@@ -34,6 +35,14 @@ struct alignas(64) Tile {
   float size_m = 0;               // largest |x| + |y| + |z| of the active, of the light's frame
   bool is_loose = false;          // receivers without planes
 };
+
+// Leaves no others of the tile's blocks active than these, a bit each. False: none of their receivers is.
+bool KeepBlocks(uint32_t blocks, Tile* tile);
+
+// Takes from the tile the receivers that stand apart from others of it, as a silhouette does from the ground behind,
+// into tiles of their own, kMostApart at most: the hull of both holds much that hides the light from neither.
+void SplitTile(Tile* tile, std::vector<Tile>* apart);
+inline constexpr size_t kMostApart = 3;
 
 // Tiles of 16 x 16 pixels in blocks of 4 x 4, or runs of 256 points in blocks of 16.
 class TileFiller {

@@ -1,6 +1,7 @@
 // What a tree of occluders hides from receivers, tile by tile as the method does.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
@@ -22,17 +23,23 @@ inline Resolved ResolveTree(const PolygonTree& tree, const std::vector<RayMask>&
   Resolved resolved;
   resolved.hidden.resize(receivers.size(), 0);
   Tile tile;
+  std::vector<Tile> apart;
   TileScratch scratch;
   TileResult result;
-  for (int index = 0; index < filler.count(); ++index) {
-    if (!filler.Fill(index, &tile)) continue;
-    ResolveTile(tree, masks, tile, rows, &scratch, &result);
+  const auto resolve = [&](const Tile& part) {
+    ResolveTile(tree, masks, part, rows, &scratch, &result);
     resolved.drawn += result.drawn;
     for (int i = 0; i < Tile::kMost; ++i) {
-      if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
-      resolved.hidden[tile.index[i]] = result.hidden[i];
+      if ((part.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
+      resolved.hidden[part.index[i]] = result.hidden[i];
       resolved.disagreement += result.disagreement[i] / double(receivers.size());
     }
+  };
+  for (int index = 0; index < filler.count(); ++index) {
+    if (!filler.Fill(index, &tile)) continue;
+    SplitTile(&tile, &apart);
+    resolve(tile);
+    std::for_each(apart.begin(), apart.end(), resolve);
   }
   return resolved;
 }
