@@ -437,8 +437,8 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
       if (!absl::IsResourceExhausted(drawn) || !asked.is_auto) return drawn;
       ASSIGN_OR_RETURN(const MethodFacts facts, MethodFactsOf(scene, asked));
       const double max_error = request.budget.max_error.value_or(kDefaultMaxError);
-      if (!MakeSmaller(facts, max_error, &asked.method)) return drawn;
       asked.method_reason += "; ray in its place: " + std::string(drawn.message());
+      if (!MakeSmaller(facts, max_error, &asked)) return drawn;
       continue;
     }
     RenderResult result = frame.TakeResult();

@@ -15,10 +15,10 @@ struct MultiMapOptions {
   int map_size = 1024;  // texels a side, 16..8192
 };
 struct RayOptions {
-  int rays = 256;  // at each receiver, 1..65536; the most, where adaptive
+  int rays = 256;  // at each receiver, 1..65536; the most, where adaptive or max_error is above 0
   bool is_adaptive = false;
   float stop_error = 0.005f;  // of adaptive rays, in (0, 1)
-  float max_error = 0;        // instead of it, where above 0: wanted mean over shadowed receivers
+  float max_error = 0;        // of adaptive and filtered ones, where above 0: wanted mean over shadowed receivers
   bool is_filtered = false;   // shared by neighbouring pixels (light/trace_filtered.h); not with is_adaptive
 };
 enum class FilterWeights : uint8_t {
@@ -86,9 +86,10 @@ struct SssmOptions {
   int sub_lights = 1;  // cells along each edge of the light, with a map each, 1..8
 };
 struct ShaftOptions {
-  int rows = 0;              // of 32 samples of the light each: 8, 16, 32 or 64; 0: chosen
-  bool is_sparse = false;    // one pixel of each smooth block, and what is between them
-  float max_error = 0.002f;  // where rows are chosen: wanted mean over shadowed receivers, > 0
+  int rows = 0;                // of 32 samples of the light each: 8, 16, 32 or 64; 0: chosen
+  bool is_sparse = false;      // one pixel of each smooth block, and what is between them
+  float max_error = 0.002f;    // where rows are chosen: wanted mean over shadowed receivers, > 0
+  uint64_t most_polygons = 0;  // of all blocks of a picture whose rows are chosen; 0: any number
 };
 using MethodOptions = std::variant<HardOptions, MultiMapOptions, RayOptions, PcssOptions, SsmOptions, PdsmOptions,
                                    SssmOptions, ShaftOptions>;

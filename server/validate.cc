@@ -367,7 +367,7 @@ std::string ContentKey(const std::string& scene_name, const ValidatedRender& ren
         sssm->thresholds, sssm->sub_lights);
   }
   if (const auto* shaft = std::get_if<ShaftOptions>(&request.method)) {
-    add(shaft->rows, shaft->is_sparse, shaft->max_error);
+    add(shaft->rows, shaft->is_sparse, shaft->max_error, shaft->most_polygons);
   }
   add_vec3(request.shading.ambient);
   add_vec3(request.shading.background);

@@ -25,11 +25,6 @@ CpuReceivers MakeRows(size_t count) {
 
 }  // namespace
 
-bool CpuReceivers::IsReceiving(size_t index) const {
-  const glm::vec3 normal(planes[index]);
-  return planes[index] != glm::vec4(0) && glm::dot(normal, normal) < 2;  // kNotReceivingScale
-}
-
 CpuReceiver CpuReceivers::At(size_t index) const {
   CpuReceiver receiver;
   receiver.is_receiving = IsReceiving(index);

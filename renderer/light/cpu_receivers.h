@@ -31,7 +31,10 @@ struct CpuReceivers {
 
   bool ArePoints() const { return !points.empty(); }
   size_t size() const { return planes.size(); }
-  bool IsReceiving(size_t index) const;
+  bool IsReceiving(size_t index) const {
+    const glm::vec3 normal(planes[index]);
+    return planes[index] != glm::vec4(0) && glm::dot(normal, normal) < 2;  // kNotReceivingScale
+  }
   // Pixels: the point of the plane that the pixel's centre sees, in double.
   CpuReceiver At(size_t index) const;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 #include "renderer/plan/cost_model.h"
 #include "renderer/plan/frame_plan.h"
@@ -53,14 +54,28 @@ MethodChoice Ray(const MethodFacts& facts, double max_error) {
   return MakeChoice(facts, "ray", rays, std::max(std::min(max_error, most), RayError(facts, kMostRays)));
 }
 
-// What its light data cost is paid back by many frames. It does not tell its error, so each is certified.
-MethodChoice Pdsm(const MethodFacts& facts) {
-  constexpr PdsmOptions options = {.k = 256};  // fewer show their steps, however small their mean error
-  MethodChoice choice = MakeChoice(facts, "pdsm", options, PdsmError(facts, options.k));
+// Of methods that do not tell their error, or not surely.
+MethodChoice Certified(const MethodFacts& facts, MethodChoice choice) {
   const PredictedCost certificate = CertificateCost(facts, kDefaultCertificate);
   choice.cpu_ms += certificate.TotalMs();
   choice.frame_ms += certificate.FrameMs(facts.frames);
   return choice;
+}
+
+// Neighbours' rays do for a pixel where surfaces and penumbrae are smooth. Where they are finer than four pixels, which
+// no fact says, they are off by more than they tell.
+std::optional<MethodChoice> FilteredRay(const MethodFacts& facts, double max_error) {
+  constexpr double kMostClutter = 0.25;
+  const double wanted = Wanted(max_error);
+  if (facts.clutter > kMostClutter || FilteredRayError(kMostFilteredRays) > wanted) return std::nullopt;
+  const RayOptions rays = {.rays = kMostFilteredRays, .max_error = float(max_error), .is_filtered = true};
+  return Certified(facts, MakeChoice(facts, "filtered ray", rays, FilteredRayError(FilteredRaysFor(wanted))));
+}
+
+// What its light data cost is paid back by many frames.
+MethodChoice Pdsm(const MethodFacts& facts) {
+  constexpr PdsmOptions options = {.k = 256};  // fewer show their steps, however small their mean error
+  return Certified(facts, MakeChoice(facts, "pdsm", options, PdsmError(facts, options.k)));
 }
 
 // The methods that know how wide penumbrae are.
@@ -73,9 +88,28 @@ MethodChoice PenumbraWidths(const MethodFacts& facts) {
   return MakeChoice(facts, "sssm", options, kSssmError);
 }
 
-// Its pictures come with their expected error (OcclusionSum::errors).
+// Its pictures come with their expected error (OcclusionSum::errors), which can be relied on.
 bool TellsError(const MethodOptions& options) {
-  return std::holds_alternative<ShaftOptions>(options) || std::holds_alternative<RayOptions>(options);
+  if (const auto* ray = std::get_if<RayOptions>(&options)) return !ray->is_filtered;
+  return std::holds_alternative<ShaftOptions>(options);
+}
+
+// Of those that meet the error; null if none do.
+const MethodChoice* CheapestRays(const std::vector<MethodChoice>& candidates, double max_error) {
+  const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const MethodChoice& choice) {
+    return std::holds_alternative<RayOptions>(choice.options) && choice.error <= max_error;
+  });
+  return found == candidates.end() ? nullptr : &*found;
+}
+
+// How long shaft's lists are depends on how a mesh is folded, which no fact says: from the tiles that choose its rows
+// it knows, and leaves the picture to rays where those are cheaper. Masks' samples cost more than their polygons.
+void BoundLists(const MethodFacts& facts, const MethodChoice* rays, MethodChoice* choice) {
+  constexpr double kMostMasked = 0.1;
+  constexpr double kWorthIt = 1.25;  // the tiles are lost, and neither cost is known well
+  auto* shaft = std::get_if<ShaftOptions>(&choice->options);
+  if (shaft == nullptr || rays == nullptr || facts.masked_share > kMostMasked) return;
+  shaft->most_polygons = ShaftPolygonsIn(facts, ShaftRowsFor(facts, shaft->max_error), kWorthIt * rays->frame_ms);
 }
 
 // "shaft: predicted error 0.0019 in 190 CPU-ms"
@@ -83,6 +117,20 @@ std::string Describe(const MethodChoice& choice, uint64_t frames) {
   return choice.reason + ": predicted error " + Number(choice.error) + " in " + Milliseconds(choice.cpu_ms) +
          " CPU-ms, " + Milliseconds(choice.frame_ms) + " a frame of " +
          std::to_string(PredictedCost::FramesOfScene(frames));
+}
+
+void CertifyByDefault(const MethodFacts& facts, RenderRequest* request) {
+  const bool shows_light = std::any_of(request->outputs.begin(), request->outputs.end(), [](OutputKind kind) {
+    return kind == OutputKind::kFrame || kind == OutputKind::kVisibility;
+  });
+  if (!request->budget.max_error || request->certify || !shows_light) return;
+  if (!TellsError(request->method)) {
+    request->certify = kDefaultCertificate;
+    request->method_reason += "; certified, since it does not tell its error";
+  } else if (request->is_auto && CertifiesByDefault(facts, *request->predicted_cpu_ms)) {
+    request->certify = kDefaultCertificate;
+    request->method_reason += "; certified, for less than a twentieth of that";
+  }
 }
 
 // Of a method that was asked for.
@@ -105,6 +153,7 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
   }
   candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
+  if (const auto filtered = FilteredRay(facts, max_error)) candidates.push_back(*filtered);
   if (facts.frames > 1 && facts.masked_share == 0) candidates.push_back(Pdsm(facts));
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const MethodChoice& a, const MethodChoice& b) { return a.frame_ms < b.frame_ms; });
@@ -141,6 +190,7 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
       for (const MethodChoice& other : candidates) {
         if (&other != &choice) best.reason += "; " + Describe(other, facts.frames);
       }
+      BoundLists(facts, CheapestRays(candidates, error), &best);
     }
   };
   for (const double error : errors) consider(error);
@@ -169,10 +219,6 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
 }
 
 absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t receivers, RenderRequest* request) {
-  const bool shows_light = std::any_of(request->outputs.begin(), request->outputs.end(), [](OutputKind kind) {
-    return kind == OutputKind::kFrame || kind == OutputKind::kVisibility;
-  });
-  const bool may_certify = request->budget.max_error && !request->certify && shows_light;
   const MethodFacts facts = FactsForMethod(scene, pose, *request, receivers);
   if (request->is_auto) {
     ASSIGN_OR_RETURN(MethodChoice choice, ChooseMethod(facts, request->budget));
@@ -185,8 +231,9 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
       shaft->max_error = float(Wanted(*request->budget.max_error));
     }
     if (auto* ray = std::get_if<RayOptions>(&request->method);
-        ray != nullptr && ray->is_adaptive && request->budget.max_error) {
-      ray->max_error = float(Wanted(*request->budget.max_error));
+        ray != nullptr && (ray->is_adaptive || ray->is_filtered) && request->budget.max_error) {
+      // Filtered ones tell more than they are off by (ErrorOfTold), which is as much as the margin.
+      ray->max_error = float(ray->is_filtered ? *request->budget.max_error : Wanted(*request->budget.max_error));
     }
     request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
     RETURN_IF_ERROR(CheckLatency(facts, *request->predicted_cpu_ms, request->budget));
@@ -197,24 +244,19 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
     request->method_reason += std::string(request->method_reason.empty() ? "" : "; ") +
                               "one flat surface casts: its second layer is its first";
   }
-  if (!may_certify) return absl::OkStatus();
-  if (!TellsError(request->method)) {
-    request->certify = kDefaultCertificate;
-    request->method_reason += "; certified, since it does not tell its error";
-  } else if (request->is_auto && CertifiesByDefault(facts, *request->predicted_cpu_ms)) {
-    request->certify = kDefaultCertificate;
-    request->method_reason += "; certified, for less than a twentieth of that";
-  }
+  CertifyByDefault(facts, request);
   return absl::OkStatus();
 }
 
-bool MakeSmaller(const MethodFacts& facts, double max_error, MethodOptions* options) {
-  if (const auto* shaft = std::get_if<ShaftOptions>(options)) {
-    *options = RaysUntil(facts, shaft->max_error);
-    return true;
+bool MakeSmaller(const MethodFacts& facts, double max_error, RenderRequest* request) {
+  if (!std::holds_alternative<ShaftOptions>(request->method) && !std::holds_alternative<PdsmOptions>(request->method)) {
+    return false;
   }
-  if (!std::holds_alternative<PdsmOptions>(*options)) return false;
-  *options = RaysUntil(facts, Wanted(max_error));
+  const std::vector<MethodChoice> candidates = MethodCandidates(facts, max_error);
+  const MethodChoice* rays = CheapestRays(candidates, max_error);
+  request->method = rays != nullptr ? rays->options : RaysUntil(facts, Wanted(max_error));
+  request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
+  CertifyByDefault(facts, request);
   return true;
 }
 
@@ -233,6 +275,10 @@ bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* op
     return true;
   }
   if (auto* ray = std::get_if<RayOptions>(options)) {
+    if (ray->is_filtered) {
+      *options = RaysUntil(facts, half);
+      return true;
+    }
     if (ray->max_error > half) {
       ray->max_error = half;
       return true;

@@ -45,9 +45,10 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
 // everywhere, four times as many each time until there are no more (false). Shaft after pdsm.
 bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options);
 
-// What AUTO draws where its method has no room for its light data: rays, which have none, for shaft's error or else for
-// max_error. False: it has no other.
-bool MakeSmaller(const MethodFacts& facts, double max_error, MethodOptions* options);
+// What AUTO draws where its method has no room for its light data, or where shaft's lists turn out to be longer than
+// the other is dear: rays, which have none of either, the cheapest for max_error. False: it has no other. `request` is
+// certified as SettleMethod does.
+bool MakeSmaller(const MethodFacts& facts, double max_error, RenderRequest* request);
 
 // What a certificate may cost of a request whose method is predicted to take cpu_ms: none, unless its rays and the
 // hierarchy that they are traced in are a twentieth of that.

@@ -16,12 +16,13 @@ constexpr double kPrimaryPerReceiver = 4e-5;
 constexpr double kFinishPerReceiver = 8e-5;  // of maps' methods: horizon, clamping, read-back; a light
 constexpr double kShaftPerTriangle = 8e-4;
 constexpr double kShaftPerKept = 2e-3;  // once a scene: the mesh's levels and its shape
-constexpr double kShaftPerReceiver = 2e-5;
-constexpr double kShaftPerPolygon = 1.25e-6;  // times the square root of the triangles: what a tile's list grows like
-constexpr double kShaftCluttered = 2.75;      // times that where no triangle shares a vertex
-constexpr double kShaftPerRow = 1.0 / 80;     // of that, for each row beyond 8
-constexpr double kShaftMasked = 8;            // times as dear at 8 rows where all is masked
-constexpr double kMaskedPerRow = 1.0 / 14;    // of that, for each row beyond 8
+constexpr double kShaftPerReceiver = 8e-5;
+constexpr double kShaftPerPolygon = 2e-6, kShaftGrowth = 0.4;  // times triangles^.4: what a tile's list grows like
+constexpr double kShaftCluttered = 1.75;                       // times that where no triangle shares a vertex
+constexpr double kShaftPerListed = 1e-4;                       // of a polygon in a block's list, at 8 rows
+constexpr double kShaftPerRow = 1.0 / 50;                      // of that, for each row beyond 8
+constexpr double kShaftMasked = 16;                            // times as dear at 8 rows where all is masked
+constexpr double kMaskedPerRow = 1.0 / 11;                     // of that, for each row beyond 8
 constexpr double kShaftSparse = 0.8;
 constexpr double kRayPerTriangle = 1e-3;
 constexpr double kRayPerRay = 1.6e-6;  // times the logarithm of the triangles
@@ -44,8 +45,9 @@ constexpr int kMostSsmMap = 512;
 constexpr double kShaftErrorOfRow = 0.03;
 constexpr int kMostRows = 64;
 constexpr double kRayErrorOfRay = 0.2, kRayRate = 0.7;
+constexpr double kFilteredErrorOfRay = 0.024, kFilteredRate = 0.45;
 // Fitted to 200 scenes, lights and cameras at random (tests/accuracy/auto_gl_test), held against 200 others.
-constexpr double kShaftErrorOfTold = 0.85;
+constexpr double kShaftErrorOfTold = 0.85, kFilteredErrorOfTold = 0.8;
 // Where all is masked, leaves upon leaves, they are so many times as large.
 constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
 constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
@@ -88,7 +90,8 @@ struct CostOf {
   LightCost operator()(const MultiMapOptions& maps) const { return MapsCost(facts, maps.k, maps.map_size); }
   LightCost operator()(const RayOptions& ray) const {
     if (ray.is_filtered) {
-      return {0, kFilteredPerReceiver + ray.rays * kFilteredPerRay * std::log2(TriangleCount(facts) + 2)};
+      const int rays = ray.max_error > 0 ? std::min(ray.rays, FilteredRaysFor(ray.max_error)) : ray.rays;
+      return {0, kFilteredPerReceiver + rays * kFilteredPerRay * std::log2(TriangleCount(facts) + 2)};
     }
     const double rays = ray.max_error > 0 ? std::min(double(ray.rays), RaysUntil(facts, ray.max_error))
                         : ray.is_adaptive ? 16 + kRayAdaptiveShare * std::max(0, ray.rays - 16)
@@ -125,7 +128,7 @@ struct CostOf {
   LightCost operator()(const ShaftOptions& shaft) const {
     const int rows = shaft.rows > 0 ? shaft.rows : ShaftRowsFor(facts, shaft.max_error);
     const double masks = kShaftMasked * facts.masked_share * (1 + kMaskedPerRow * (rows - 8));
-    const double lists = kShaftPerPolygon * std::sqrt(TriangleCount(facts)) *
+    const double lists = kShaftPerPolygon * std::pow(TriangleCount(facts), kShaftGrowth) *
                          (1 + (kShaftCluttered - 1) * facts.clutter) * (1 + kShaftPerRow * (rows - 8) + masks);
     return {TriangleCount(facts) * (1 - facts.kept_share) * kShaftPerTriangle,
             kShaftPerReceiver + (shaft.is_sparse ? kShaftSparse : 1) * lists};
@@ -222,6 +225,12 @@ int ShaftRowsFor(const MethodFacts& facts, double max_error) {
   return rows;
 }
 
+uint64_t ShaftPolygonsIn(const MethodFacts& facts, int rows, double ms) {
+  const double beside =
+      kEach + double(facts.receivers) * (kPrimaryPerReceiver + double(facts.lights) * kShaftPerReceiver);
+  return uint64_t(std::max(0.0, ms - beside) / (kShaftPerListed * (1 + kShaftPerRow * (rows - 8)))) + 1;
+}
+
 double RayError(const MethodFacts& facts, int rays) {
   return Clutter(facts, kClutteredRays) * kRayErrorOfRay * std::pow(rays, -kRayRate) + BlendNoise(facts, rays);
 }
@@ -232,8 +241,18 @@ int RaysFor(const MethodFacts& facts, double max_error) {
   return rays;
 }
 
+double FilteredRayError(int rays) { return kFilteredErrorOfRay * std::pow(rays, -kFilteredRate); }
+
+int FilteredRaysFor(double max_error) {
+  int rays = 1;
+  while (rays < kMostFilteredRays && FilteredRayError(rays) > max_error) rays *= 2;
+  return rays;
+}
+
 double ErrorOfTold(const MethodOptions& options) {
-  return std::holds_alternative<ShaftOptions>(options) ? kShaftErrorOfTold : 1;
+  if (std::holds_alternative<ShaftOptions>(options)) return kShaftErrorOfTold;
+  const auto* ray = std::get_if<RayOptions>(&options);
+  return ray != nullptr && ray->is_filtered ? kFilteredErrorOfTold : 1;
 }
 
 double PdsmError(const MethodFacts& facts, int k) {

@@ -42,7 +42,7 @@ struct PredictedCost {
   }
   static uint64_t FramesOfScene(uint64_t frames) { return frames > 10 ? frames : 10; }
 };
-// Of options that are left open: as if the most were chosen, but shaft's rows and adaptive rays with a max_error, which
+// Of options that are left open: as if the most were chosen, but shaft's rows and rays with a max_error, which
 // are those for it.
 PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options);
 
@@ -52,9 +52,15 @@ double PredictWallMs(const MethodFacts& facts, double cpu_ms, double slowness);
 // Mean errors over shadowed receivers. `max_error` > 0.
 double ShaftError(const MethodFacts& facts, int rows);
 int ShaftRowsFor(const MethodFacts& facts, double max_error);  // 8 to 64, at most 16 where there is a mask
+// How many polygons without masks the lists of all blocks of a frame may hold that is to take so long; 1 or more.
+uint64_t ShaftPolygonsIn(const MethodFacts& facts, int rows, double ms);
 double RayError(const MethodFacts& facts, int rays);
 int RaysFor(const MethodFacts& facts, double max_error);  // kFewestRays to kMostRays, a power of two
 inline constexpr int kFewestRays = 16, kMostRays = 65536;
+// Of filtered rays on smooth surfaces, and how many: kMostFilteredRays where those may not do.
+double FilteredRayError(int rays);
+int FilteredRaysFor(double max_error);
+inline constexpr int kMostFilteredRays = 16;
 double PdsmError(const MethodFacts& facts, int k);
 inline constexpr double kSssmError = 0.03;
 // What a picture is off by, of what its method's samples say (picture_error.h).

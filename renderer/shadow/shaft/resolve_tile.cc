@@ -1,6 +1,7 @@
 #include "renderer/shadow/shaft/resolve_tile.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #undef HWY_TARGET_INCLUDE
@@ -14,10 +15,11 @@ HWY_BEFORE_NAMESPACE();
 namespace halfshade {
 namespace HWY_NAMESPACE {
 
-// Samples that a masked triangle covers are hidden where its mask leaves it.
+// Samples that a masked triangle covers are hidden where its mask leaves it. `asked_of`: how many it was asked for, a
+// lane.
 template <int kCorners>
 void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const RayMask& mask, const Tile& tile,
-                int block, const Receivers16& at, LightRows* light) {
+                int block, const Receivers16& at, LightRows* light, uint32_t* asked_of) {
   alignas(64) uint32_t hidden[Tile::kLanes], asked[Tile::kLanes];
   alignas(64) float above[Tile::kLanes];
   alignas(64) float rise[Tile::kLanes];
@@ -38,6 +40,7 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
         views[lane] = MaskedView(triangle, mask, {tile.x[i], tile.y[i], tile.z[i]});
         viewed |= 1u << lane;
       }
+      asked_of[lane] += uint32_t(std::popcount(asked[lane]));
       for (uint32_t bits = asked[lane]; bits != 0; bits &= bits - 1) {
         const auto column = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
         const float x = (float(column) + 0.5f - above[lane]) / float(kColumns);
@@ -49,9 +52,9 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
   });
 }
 
-// Draws polygons until nothing of the light is left.
+// Draws polygons until nothing of the light is left. `tossed`: samples that BLEND was asked for, a lane.
 uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const TileScratch& lists,
-                  const Tile& tile, int block, LightRows* light, bool* meets_blend) {
+                  const Tile& tile, int block, LightRows* light, uint32_t* tossed) {
   constexpr size_t kCheckEvery = 4;
   const int first = block * Tile::kLanes;
   Receivers16 at;
@@ -64,17 +67,18 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
   at.error_m = Load(tile.error_m + first);
   at.active = tile.active[block];
   at.is_loose = tile.is_loose;
+  uint32_t not_tossed[Tile::kLanes] = {};
   const auto hide = [light](int r, const Words& inside) { light->hidden[r] = light->hidden[r] | inside; };
   for (size_t i = 0; i < lists.block.size(); ++i) {
     const Polygon& polygon = lists.tile[lists.block[i]];
     if (polygon.masked >= 0) {
       const MaskedTriangle& triangle = tree.masked[polygon.masked];
       const RayMask& mask = masks[triangle.mask];
-      *meets_blend = *meets_blend || mask.is_blend();
+      uint32_t* const asked_of = mask.is_blend() ? tossed : not_tossed;
       if (polygon.corners == 4) {
-        DrawMasked<4>(polygon, triangle, mask, tile, block, at, light);
+        DrawMasked<4>(polygon, triangle, mask, tile, block, at, light, asked_of);
       } else {
-        DrawMasked<3>(polygon, triangle, mask, tile, block, at, light);
+        DrawMasked<3>(polygon, triangle, mask, tile, block, at, light, asked_of);
       }
     } else if (polygon.corners == 4) {
       DrawPolygon<4>(polygon, at, light, hide);
@@ -86,8 +90,12 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
   return lists.block.size();
 }
 
+// Mean |error| of n tosses of even odds, sqrt(2 / pi) / 2 of their root: odds that are not even err by less.
+constexpr float kErrorOfTosses = 0.4f;
+
 // Counts what is hidden of what is above the plane.
-HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block, TileResult* result) {
+HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block, const uint32_t* tossed,
+                            TileResult* result) {
   alignas(64) uint32_t even[Tile::kLanes], odd[Tile::kLanes], preset_even[Tile::kLanes], preset_odd[Tile::kLanes];
   Store(CountEven(light, 0), even);
   Store(CountEven(light, 1), odd);
@@ -100,6 +108,8 @@ HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block,
     const uint32_t above_odd = uint32_t(kColumns * (light.count / 2)) - preset_odd[lane];
     const uint32_t hidden_even = even[lane] - preset_even[lane], hidden_odd = odd[lane] - preset_odd[lane];
     const uint32_t above = above_even + above_odd;
+    if (above > 0)
+      result->coin_error[i] = kErrorOfTosses * std::sqrt(float(HWY_MIN(tossed[lane], above))) / float(above);
     result->hidden[i] = above == 0 ? 1 : float(hidden_even + hidden_odd) / float(above);
     if (above_even == 0 || above_odd == 0) continue;
     result->disagreement[i] = std::abs(float(hidden_even) / float(above_even) - float(hidden_odd) / float(above_odd));
@@ -122,12 +132,12 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
                      TileScratch* lists, TileResult* result) {
   std::fill_n(result->hidden, Tile::kMost, 0.0f);
   std::fill_n(result->disagreement, Tile::kMost, 0.0f);
+  std::fill_n(result->coin_error, Tile::kMost, 0.0f);
   const Bounds bounds = BoundsOf(tile, 0, Tile::kBlocks);
   FindPolygons(tree, MakeShaft(tile, 0, tile.shares_one_plane ? Tile::kBlocks : 0, bounds), bounds,
                kLevelErrorOfOneRow / float(rows), lists);
   result->polygons = uint32_t(lists->tile.size());
   result->drawn = 0;
-  result->meets_blend = false;
   if (lists->tile.empty()) return;
   Arrange(lists->tile, bounds, &lists->arranged);
 
@@ -145,8 +155,9 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
     NarrowList(lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
     if (lists->block.empty()) continue;
     StartRows(tile, block, rows, LeanOf(tile.block_hash[block], rows), row_shift, &light);
-    result->drawn += DrawList(tree, masks, *lists, tile, block, &light, &result->meets_blend);
-    CountHidden(light, tile, block, result);
+    uint32_t tossed[Tile::kLanes] = {};
+    result->drawn += DrawList(tree, masks, *lists, tile, block, &light, tossed);
+    CountHidden(light, tile, block, tossed, result);
   }
 }
 

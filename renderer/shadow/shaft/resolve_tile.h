@@ -15,9 +15,9 @@ struct TileResult {
   float hidden[Tile::kMost];  // fraction of the light's part above the receiver's plane, in [0,1]
   // |even rows' hidden fraction - odd rows'|, what the samples may be off by; 0 where not active.
   float disagreement[Tile::kMost];
-  uint32_t polygons = 0;     // in the tile's list; none: the tile is lit, exactly
-  uint64_t drawn = 0;        // polygons of all blocks' lists
-  bool meets_blend = false;  // BLEND is in some block's list: its samples are coin tosses
+  float coin_error[Tile::kMost];  // expected |error| of hidden by samples that BLEND tossed a coin for, at most
+  uint32_t polygons = 0;          // in the tile's list; none: the tile is lit, exactly
+  uint64_t drawn = 0;             // polygons of all blocks' lists
 };
 
 // Lists that grow once a thread.

@@ -21,6 +21,11 @@ constexpr float kErrorOfDisagreement = 0.25f;
 // Where samples are coin tosses, by 2^.5 times as much: half of the difference.
 constexpr float kErrorOfCoins = 0.5f;
 
+// What of a pixel's error is that of its coins: no more than so many tosses err by, or than all of the difference says.
+float CoinError(const TileResult& result, int i) {
+  return std::min(result.coin_error[i], kErrorOfCoins * result.disagreement[i]);
+}
+
 struct ShaftSceneData : SceneData {
   explicit ShaftSceneData(MeshShapes shapes_built) : shapes(std::move(shapes_built)) {}
   MeshShapes shapes;
@@ -53,7 +58,10 @@ class Resolve {
         is_sparse_(options.is_sparse && !receivers.ArePoints()),
         stop_(std::move(stop)),
         hidden_(receivers.size(), 0),
-        errors_(receivers.size(), -1) {}
+        errors_(receivers.size(), -1) {
+    const auto is_blend = [](const RayMask& mask) { return mask.is_blend(); };
+    if (std::any_of(data.masks.begin(), data.masks.end(), is_blend)) coin_errors_.resize(receivers.size(), 0);
+  }
 
   absl::StatusOr<OcclusionSum> Run() {
     const TileFiller filler = MakeFiller(false);
@@ -100,30 +108,31 @@ class Resolve {
   void ResolveFilled(int rows, Tile* tile) {
     thread_local std::vector<Tile> apart;
     SplitTile(tile, &apart);
-    bool is_lit = true, meets_blend = false;
+    bool is_lit = true;
     const auto resolve = [&](const Tile& part) {
-      const TileResult& result = ResolvePart(part, rows);
-      is_lit = is_lit && result.polygons == 0;
-      meets_blend = meets_blend || result.meets_blend;
+      const uint32_t polygons = ResolvePart(part, rows);
+      is_lit = is_lit && polygons == 0;
     };
     resolve(*tile);
     std::for_each(apart.begin(), apart.end(), resolve);
     ++(is_lit ? lit_ : resolved_);
-    of_blend_ += meets_blend;
   }
 
-  const TileResult& ResolvePart(const Tile& tile, int rows) {
+  // Returns the length of its list.
+  uint32_t ResolvePart(const Tile& tile, int rows) {
     thread_local TileScratch scratch;
     thread_local TileResult result;
     ResolveTile(data_.tree, data_.masks, tile, rows, &scratch, &result);
     drawn_ += result.drawn;
-    const float error_of_disagreement = result.meets_blend ? kErrorOfCoins : kErrorOfDisagreement;
     for (int i = 0; i < Tile::kMost; ++i) {
       if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
       hidden_[tile.index[i]] = result.hidden[i];
-      errors_[tile.index[i]] = error_of_disagreement * result.disagreement[i];
+      const float of_coins = CoinError(result, i);
+      const float of_edges = kErrorOfDisagreement * (result.disagreement[i] - of_coins / kErrorOfCoins);
+      errors_[tile.index[i]] = of_edges + of_coins;
+      if (!coin_errors_.empty()) coin_errors_[tile.index[i]] = of_coins;
     }
-    return result;
+    return result.polygons;
   }
 
   // Blocks that the grid tells, and the rest.
@@ -163,21 +172,31 @@ class Resolve {
     sampled_ = filler.count() / every;
     RETURN_IF_ERROR(ParallelFor(
         sampled_, 1, [&](int i) { ResolveTileOf(filler, SampledTile(i, every), kFewestRows); }, stop_));
-    double sum = 0;
+    double sum = 0, sum_of_coins = 0;
     uint64_t count = 0;
     for (size_t i = 0; i < hidden_.size(); ++i) {
       if (errors_[i] < 0 || hidden_[i] <= kPenumbraMargin) continue;
       sum += errors_[i];
+      if (!coin_errors_.empty()) sum_of_coins += coin_errors_[i];
       ++count;
     }
-    const bool is_cluttered = !data_.masks.empty();
-    const double error = count == 0 ? 0 : sum / double(count) / (is_cluttered ? 1 : kExcessOfFewestRows);
-    const double share_of_blend = resolved_ > 0 ? double(of_blend_) / double(resolved_) : 0;
-    const double rate = glm::mix(is_cluttered ? kErrorRateOfLeaves : kErrorRate, kErrorRateOfCoins, share_of_blend);
-    while (rows_ < kMostRowsChosen && error * std::pow(double(rows_) / kFewestRows, -rate) > options_.max_error) {
-      rows_ *= 2;
+    const bool is_cluttered =
+        std::any_of(data_.masks.begin(), data_.masks.end(), [](const RayMask& mask) { return !mask.is_blend(); });
+    const double of_coins = count == 0 ? 0 : sum_of_coins / double(count);
+    const double of_edges =
+        count == 0 ? 0 : (sum - sum_of_coins) / double(count) / (is_cluttered ? 1 : kExcessOfFewestRows);
+    const auto error_of = [&](int rows) {
+      const double more = double(rows) / kFewestRows;
+      return of_edges * std::pow(more, is_cluttered ? -kErrorRateOfLeaves : -kErrorRate) +
+             of_coins * std::pow(more, -kErrorRateOfCoins);
+    };
+    while (rows_ < kMostRowsChosen && error_of(rows_) > options_.max_error) rows_ *= 2;
+    if (error_of(kFewestRows) * kGrowthOfCoarseRows <= options_.max_error) rows_ = kCoarseRows;
+    if (const uint64_t polygons = drawn_ * uint64_t(every);
+        !receivers_.ArePoints() && options_.most_polygons > 0 && polygons > options_.most_polygons) {
+      return absl::ResourceExhaustedError("shaft: lists of about " + std::to_string(polygons) + " polygons, and over " +
+                                          std::to_string(options_.most_polygons) + " are dearer than rays");
     }
-    if (error * kGrowthOfCoarseRows <= options_.max_error) rows_ = kCoarseRows;
     if (rows_ <= kFewestRows && !is_sparse_) {
       kept_every_ = every;
       return absl::OkStatus();
@@ -185,7 +204,7 @@ class Resolve {
     hidden_.assign(hidden_.size(), 0);
     errors_.assign(errors_.size(), -1);
     drawn_ = 0;
-    lit_ = resolved_ = of_blend_ = 0;
+    lit_ = resolved_ = 0;
     return absl::OkStatus();
   }
 
@@ -210,9 +229,10 @@ class Resolve {
   const std::function<absl::Status()> stop_;
   int rows_ = 0;
   int sampled_ = 0, kept_every_ = 0;    // tiles; one of so many is kept as it was sampled, 0: none
+  std::vector<float> coin_errors_;      // of errors_; empty where no mask is BLEND
   std::vector<float> hidden_, errors_;  // an error below 0: not evaluated
   std::atomic<uint64_t> drawn_ = 0;
-  std::atomic<int> lit_ = 0, resolved_ = 0, of_blend_ = 0, interpolated_ = 0;  // tiles
+  std::atomic<int> lit_ = 0, resolved_ = 0, interpolated_ = 0;  // tiles
 };
 
 }  // namespace

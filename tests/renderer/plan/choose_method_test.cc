@@ -47,13 +47,12 @@ TEST(ChooseMethodTest, ErrorsMeetTheBudgetAndCostFallsAsItGrows) {
   }
 }
 
-TEST(ChooseMethodTest, RaysTakeLeavesWithMasksAtCoarseErrorsAndWhatRowsDoNotReach) {
+TEST(ChooseMethodTest, RaysTakeWhatRowsDoNotReach) {
   const auto is_ray = [](const MethodFacts& facts, double max_error) {
     const auto choice = ChooseMethod(facts, {.max_error = max_error});
     EXPECT_OK(choice);
     return choice.ok() && std::holds_alternative<RayOptions>(choice->options);
   };
-  EXPECT_TRUE(is_ray(Facts(27'000, 0.9), 0.03));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.01));
   EXPECT_FALSE(is_ray(Facts(27'000, 0.9), 0.002));
   EXPECT_FALSE(is_ray(Facts(27'000), 0.002));
@@ -66,7 +65,7 @@ TEST(ChooseMethodTest, WhatStaysOfASceneIsWeighedAsOfTenFrames) {
   MethodFacts facts = Facts(230'000);
   facts.kept_share = 1;
   facts.kept_triangles = facts.casting_triangles;
-  const std::vector<MethodChoice> candidates = MethodCandidates(facts, 0.002);
+  const std::vector<MethodChoice> candidates = MethodCandidates(facts, 0.01);
   const auto named = [&](const std::string& name) {
     return *std::find_if(candidates.begin(), candidates.end(),
                          [&](const MethodChoice& choice) { return choice.reason == name; });
@@ -170,9 +169,11 @@ TEST(ChooseMethodTest, AfterABreachShaftHalvesItsErrorThenRaysTakeOverUntilThere
 TEST(ChooseMethodTest, RaysThatTakeAnothersPlaceAreAsManyAsMasksWant) {
   for (const double masked_share : {0.0, 1.0}) {
     const MethodFacts facts = Facts(6000, masked_share);
-    MethodOptions smaller = ShaftOptions{.max_error = 0.004f}, exact = ShaftOptions{.max_error = 0.001f};
+    RenderRequest smaller;
+    smaller.method = ShaftOptions{.max_error = 0.004f};
     ASSERT_TRUE(MakeSmaller(facts, 0.004, &smaller));
-    EXPECT_LE(std::get<RayOptions>(smaller).max_error, 0.004f) << masked_share;
+    EXPECT_LE(std::get<RayOptions>(smaller.method).max_error, 0.004f) << masked_share;
+    MethodOptions exact = ShaftOptions{.max_error = 0.001f};
     ASSERT_TRUE(MakeMoreExact(facts, 0.004, &exact));
     EXPECT_LE(RayError(facts, std::get<RayOptions>(exact).rays), 0.002) << masked_share;
   }
@@ -183,13 +184,60 @@ TEST(ChooseMethodTest, TheDefaultCertificateIsATwentiethAtMost) {
   EXPECT_TRUE(CertifiesByDefault(Facts(6000), 100'000));
 }
 
-TEST(ChooseMethodTest, WithoutRoomForShaftRaysTakeItsPlaceForItsError) {
-  MethodOptions fine = ShaftOptions{.max_error = 0.001f}, coarse = PdsmOptions{};
+RenderRequest RequestForError(double max_error, MethodOptions method) {
+  RenderRequest request;
+  request.is_auto = true;
+  request.outputs = {OutputKind::kVisibility};
+  request.budget.max_error = max_error;
+  request.method = method;
+  return request;
+}
+
+TEST(ChooseMethodTest, WithoutRoomForShaftTheCheapestRaysTakeItsPlace) {
+  RenderRequest fine = RequestForError(0.002, ShaftOptions{});
   ASSERT_TRUE(MakeSmaller(Facts(6000), 0.002, &fine));
-  ASSERT_TRUE(MakeSmaller(Facts(6000), 0.02, &coarse));
-  EXPECT_EQ(std::get<RayOptions>(fine).max_error, 0.001f);
-  EXPECT_GT(std::get<RayOptions>(coarse).max_error, 0.01f);
+  EXPECT_TRUE(std::get<RayOptions>(fine.method).is_adaptive);
+  EXPECT_LE(std::get<RayOptions>(fine.method).max_error, 0.002f);
   EXPECT_FALSE(MakeSmaller(Facts(6000), 0.002, &fine));
+
+  RenderRequest coarse = RequestForError(0.03, PdsmOptions{});
+  ASSERT_TRUE(MakeSmaller(Facts(229'000), 0.03, &coarse));
+  EXPECT_TRUE(std::get<RayOptions>(coarse.method).is_filtered);
+  EXPECT_TRUE(coarse.certify) << "filtered rays do not surely tell their error";
+  EXPECT_GT(*coarse.predicted_cpu_ms, 0);
+
+  MethodOptions broken = coarse.method;
+  ASSERT_TRUE(MakeMoreExact(Facts(229'000), 0.03, &broken));
+  EXPECT_TRUE(std::get<RayOptions>(broken).is_adaptive);
+  EXPECT_FALSE(std::get<RayOptions>(broken).is_filtered);
+}
+
+TEST(ChooseMethodTest, FilteredRaysAreForCoarseErrorsOfSmoothSurfaces) {
+  const auto has_filtered = [](const MethodFacts& facts, double max_error) {
+    const std::vector<MethodChoice> candidates = MethodCandidates(facts, max_error);
+    return std::any_of(candidates.begin(), candidates.end(), [&](const MethodChoice& choice) {
+      const auto* ray = std::get_if<RayOptions>(&choice.options);
+      EXPECT_TRUE(ray == nullptr || !ray->is_filtered || choice.error <= max_error);
+      return ray != nullptr && ray->is_filtered;
+    });
+  };
+  EXPECT_TRUE(has_filtered(Facts(70'000), 0.03));
+  EXPECT_TRUE(has_filtered(Facts(70'000), 0.01));
+  EXPECT_FALSE(has_filtered(Facts(70'000), 0.005)) << "the blur alone is more";
+  EXPECT_FALSE(has_filtered(Facts(70'000, 0.9), 0.03)) << "leaves";
+}
+
+TEST(ChooseMethodTest, ShaftIsBoundByWhatRaysWouldTake) {
+  const auto bound = [](MethodFacts facts, double max_error) {
+    facts.kept_share = 1;
+    const auto choice = ChooseMethod(facts, {.max_error = max_error});
+    EXPECT_OK(choice);
+    return std::get<ShaftOptions>(choice->options).most_polygons;
+  };
+  const uint64_t coarse = bound(Facts(70'000), 0.03), fine = bound(Facts(70'000), 0.005);
+  EXPECT_GT(coarse, 100'000u);
+  EXPECT_GT(fine, coarse) << "rays for it are dearer";
+  EXPECT_EQ(bound(Facts(27'000, 0.9), 0.005), 0u) << "where masks are dear their polygons are not what counts";
 }
 
 TEST(ChooseMethodTest, RaysGoOnUntilTheyTellTheErrorAndOfBlendAreAsManyEverywhereAsItWants) {

@@ -169,6 +169,43 @@ TEST(ShaftTest, LightDataThatTheCacheCannotHoldIsRefusedAndAutoTakesRays) {
   EXPECT_THAT(by_rays->reason, HasSubstr("ray in its place: shaft: "));
 }
 
+// What its tiles find is counted, not timed, so that the choice is the same on every machine.
+TEST(ShaftTest, ListsThatAreDearerThanRaysAreLeftToThem) {
+  const MadeScene made = MakeScene("S6", {.triangles = 8000, .light_share = 0.2});
+  const FlatScene scene = MakeFlatScene(made.meshes);
+  RenderRequest request = RequestFor(made);
+  request.width = 160;
+  request.height = 90;
+  request.outputs = {OutputKind::kVisibility};
+  request.budget.max_error = 0.03;
+  const auto render = [&](uint64_t most_polygons, bool is_auto) -> absl::StatusOr<RenderReport> {
+    request.method = ShaftOptions{.max_error = 0.024f, .most_polygons = most_polygons};
+    request.is_auto = is_auto;
+    auto renderer = Renderer::Create(&TestContext(), [](const EncodedImage&) { return absl::UnimplementedError(""); });
+    if (!renderer.ok()) return renderer.status();
+    auto result = (*renderer)->Render("", scene, request, [] { return absl::OkStatus(); });
+    if (!result.ok()) return result.status();
+    return std::move(result->report);
+  };
+  const auto whole = render(0, true);
+  ASSERT_OK(whole);
+  EXPECT_EQ(whole->method, "shaft");
+  uint64_t polygons = 0;
+  for (const PassReport& pass : whole->passes) {
+    if (pass.name == "light[0]/resolve") polygons = pass.count;
+  }
+  ASSERT_GT(polygons, 0u);
+  const auto with_room = render(2 * polygons, true);
+  ASSERT_OK(with_room);
+  EXPECT_EQ(with_room->method, "shaft");
+  const auto by_rays = render(polygons / 2, true);
+  ASSERT_OK(by_rays);
+  EXPECT_EQ(by_rays->method, "ray");
+  EXPECT_THAT(by_rays->reason, HasSubstr("ray in its place: shaft: lists of about "));
+  EXPECT_THAT(render(polygons / 2, false),
+              StatusIs(absl::StatusCode::kResourceExhausted, HasSubstr("dearer than rays")));
+}
+
 // Sixty of 5000 triangles each: kept once. One is mirrored, one squeezed flat, one reaches the light's plane.
 TEST(ShaftTest, WhatAMeshInManyPlacesHidesIsWhatRaysSay) {
   GlbMesh mesh;
