@@ -17,12 +17,12 @@ constexpr double kFinishPerReceiver = 8e-5;  // of maps' methods: horizon, clamp
 constexpr double kShaftPerTriangle = 8e-4;
 constexpr double kShaftPerKept = 2e-3;  // once a scene: the mesh's levels and its shape
 constexpr double kShaftPerReceiver = 8e-5;
-constexpr double kShaftPerPolygon = 2e-6, kShaftGrowth = 0.4;  // times triangles^.4: what a tile's list grows like
-constexpr double kShaftCluttered = 1.75;                       // times that where no triangle shares a vertex
-constexpr double kShaftPerListed = 1e-4;                       // of a polygon in a block's list, at 8 rows
-constexpr double kShaftPerRow = 1.0 / 50;                      // of that, for each row beyond 8
-constexpr double kShaftMasked = 16;                            // times as dear at 8 rows where all is masked
-constexpr double kMaskedPerRow = 1.0 / 11;                     // of that, for each row beyond 8
+constexpr double kShaftPerPolygon = 8.7e-6, kShaftGrowth = 0.25;  // times triangles^.25: what a tile's list grows like
+constexpr double kShaftCluttered = 1.75;                          // times that where no triangle shares a vertex
+constexpr double kShaftPerListed = 1e-4;                          // of a polygon in a block's list, at 8 rows
+constexpr double kShaftPerRow = 1.0 / 50;                         // of that, for each row beyond 8
+constexpr double kShaftMasked = 16;                               // times as dear at 8 rows where all is masked
+constexpr double kMaskedPerRow = 1.0 / 11;                        // of that, for each row beyond 8
 constexpr double kShaftSparse = 0.8;
 constexpr double kRayPerTriangle = 1e-3;
 constexpr double kRayPerRay = 1.6e-6;  // times the logarithm of the triangles

@@ -40,7 +40,7 @@ struct PredictedCost {
   double FrameMs(uint64_t frames) const {
     return scene_ms / double(FramesOfScene(frames)) + light_ms / double(frames) + receiver_ms;
   }
-  static uint64_t FramesOfScene(uint64_t frames) { return frames > 10 ? frames : 10; }
+  static uint64_t FramesOfScene(uint64_t frames) { return frames > 30 ? frames : 30; }
 };
 // Of options that are left open: as if the most were chosen, but shaft's rows and rays with a max_error, which
 // are those for it.
@@ -60,7 +60,7 @@ inline constexpr int kFewestRays = 16, kMostRays = 65536;
 // Of filtered rays on smooth surfaces, and how many: kMostFilteredRays where those may not do.
 double FilteredRayError(int rays);
 int FilteredRaysFor(double max_error);
-inline constexpr int kMostFilteredRays = 16;
+inline constexpr int kMostFilteredRays = 4;
 double PdsmError(const MethodFacts& facts, int k);
 inline constexpr double kSssmError = 0.03;
 // What a picture is off by, of what its method's samples say (picture_error.h).
