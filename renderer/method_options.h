@@ -15,10 +15,10 @@ struct MultiMapOptions {
   int map_size = 1024;  // texels a side, 16..8192
 };
 struct RayOptions {
-  int rays = 256;  // at each receiver, 1..65536; the most, where adaptive or max_error is above 0
+  int rays = 256;  // at each receiver, 1..65536; the most, where adaptive
   bool is_adaptive = false;
   float stop_error = 0.005f;  // of adaptive rays, in (0, 1)
-  float max_error = 0;        // of adaptive and filtered ones, where above 0: wanted mean over shadowed receivers
+  float max_error = 0;        // instead of it, where above 0: wanted mean over shadowed receivers
   bool is_filtered = false;   // shared by neighbouring pixels (light/trace_filtered.h); not with is_adaptive
 };
 enum class FilterWeights : uint8_t {

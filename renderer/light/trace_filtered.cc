@@ -10,7 +10,6 @@
 #include "renderer/light/parallel_for.h"
 #include "renderer/math/camera.h"
 #include "renderer/math/sampling.h"
-#include "renderer/report.h"
 #include "renderer/scene/ray_fan.h"
 #include "renderer/status.h"
 
@@ -88,31 +87,35 @@ class FilteredTracer {
         center_(scene.TraceFromWorld(light.center_ws)),
         edge_u_(light.axis_u_ws * (light.width_m * scene.trace_scale())),
         edge_v_(light.axis_v_ws * (light.height_m * scene.trace_scale())) {
-    for (int i = 0; i < kPixels * int(std::bit_ceil(uint32_t(options.rays))); ++i) {
+    for (int i = 0; i < kPixels * options.rays; ++i) {
       on_light_.push_back(glm::vec2(OwenSobol2(uint32_t(i), options.seed) - 0.5));
     }
   }
 
   absl::StatusOr<FilteredLight> Run(const std::function<absl::Status()>& stop) {
     ASSIGN_OR_RETURN(is_lit_, FindLit(scene_, light_, pixels_, ReceiversInTiles(pixels_), stop, options_.threads));
-    const bool is_until = options_.mean_error > 0;
     // One ray tells penumbra; of so few as two nothing is saved.
-    int rays = !is_until && options_.rays <= 2 ? options_.rays : 1;
-    RETURN_IF_ERROR(ForBlocks([&](int column, int row) { TraceBlock(column, row, 0, rays); }, stop));
+    const int first = options_.rays <= 2 ? options_.rays : 1;
+    RETURN_IF_ERROR(ForBlocks([&](int column, int row) { TraceBlock(column, row, 0, first); }, stop));
     for (int row = 0; row < rows_; ++row) {
       for (int column = 0; column < columns_; ++column) is_mixed_.push_back(uint8_t(IsMixedAround(column, row)));
     }
+    RETURN_IF_ERROR(ForBlocks(
+        [&](int column, int row) {
+          if (!IsMixed(column, row)) Weigh(column, row, options_.rays / first);
+        },
+        stop));
+    for (int begin = first; begin < options_.rays; begin += kMostRoundRays) {
+      const int end = std::min(begin + kMostRoundRays, options_.rays);
+      RETURN_IF_ERROR(ForBlocks(
+          [&](int column, int row) {
+            if (IsMixed(column, row)) TraceBlock(column, row, begin, end);
+          },
+          stop));
+    }
     result_.hidden.resize(pixels_.size());
     result_.errors.resize(pixels_.size());
-    while (true) {
-      const bool is_last = rays == options_.rays;
-      if (is_last || is_until) RETURN_IF_ERROR(Filter(stop));
-      if (is_last || (is_until && MeanError() <= options_.mean_error)) break;
-      const int end = is_until ? std::min(2 * rays, options_.rays) : options_.rays;
-      RETURN_IF_ERROR(TraceMore(rays, end, stop));
-      rays = end;
-    }
-    result_.most_rays = rays;
+    RETURN_IF_ERROR(ForBlocks([&](int column, int row) { FilterBlock(column, row); }, stop));
     result_.rays = rays_;
     result_.lit = uint64_t(std::count(is_lit_.begin(), is_lit_.end(), 1));
     return std::move(result_);
@@ -132,40 +135,6 @@ class FilteredTracer {
     return ParallelFor(tiles, 1, do_tile, stop, options_.threads);
   }
 
-  // Rays [first, last) of all pixels; where no penumbra is, to the same end as the first.
-  absl::Status TraceMore(int first, int last, const std::function<absl::Status()>& stop) {
-    RETURN_IF_ERROR(ForBlocks(
-        [&](int column, int row) {
-          if (!IsMixed(column, row)) Weigh(column, row, first, last);
-        },
-        stop));
-    for (int begin = first; begin < last; begin += kMostRoundRays) {
-      const int end = std::min(begin + kMostRoundRays, last);
-      RETURN_IF_ERROR(ForBlocks(
-          [&](int column, int row) {
-            if (IsMixed(column, row)) TraceBlock(column, row, begin, end);
-          },
-          stop));
-    }
-    return absl::OkStatus();
-  }
-
-  absl::Status Filter(const std::function<absl::Status()>& stop) {
-    return ForBlocks([&](int column, int row) { FilterBlock(column, row); }, stop);
-  }
-
-  // Expected of what Filter left, over all that are shadowed.
-  double MeanError() const {
-    double sum = 0;
-    uint64_t shadowed = 0;
-    for (size_t i = 0; i < pixels_.size(); ++i) {
-      if (result_.hidden[i] <= kPenumbraMargin) continue;
-      sum += double(result_.errors[i]);
-      ++shadowed;
-    }
-    return shadowed == 0 ? 0 : sum / double(shadowed);
-  }
-
   // work(lane, x, y, index) for the block's pixels that receive.
   template <typename Work>
   void ForPixels(int column, int row, const Work& work) const {
@@ -181,8 +150,7 @@ class FilteredTracer {
   // they say where penumbra is.
   const glm::vec2& OnLight(int column, int row, int lane, int i) const {
     static constexpr int kAlongZ[kPixels] = {0, 1, 4, 5, 2, 3, 6, 7, 8, 9, 12, 13, 10, 11, 14, 15};
-    const int all = int(on_light_.size()) / kPixels;
-    const int round = i ^ ((column % 4 + row % 4 * 4) & (all - 1));
+    const int round = (i + column % 4 + row % 4 * 4) % options_.rays;
     return on_light_[size_t(round * kPixels + (kAlongZ[lane] ^ TurnOf(round)))];
   }
 
@@ -244,11 +212,11 @@ class FilteredTracer {
   }
   bool IsMixed(int column, int row) const { return is_mixed_[size_t(row) * columns_ + column] != 0; }
 
-  // As if not `had` rays but `wanted` had been traced, to the same end.
-  void Weigh(int column, int row, int had, int wanted) {
+  // As if `times` as many rays had been traced, to the same end.
+  void Weigh(int column, int row, int times) {
     ForPixels(column, row, [&](int, int, int, size_t i) {
-      tallies_[i].above = tallies_[i].above / had * wanted;
-      tallies_[i].hidden = tallies_[i].hidden / had * wanted;
+      tallies_[i].above *= times;
+      tallies_[i].hidden *= times;
     });
   }
 

@@ -22,8 +22,7 @@
 namespace halfshade {
 
 struct FilteredTraceOptions {
-  int rays = 4;           // at each pixel, 1 or more; the most, where mean_error is above 0
-  double mean_error = 0;  // above 0: 1, 2, 4, ... rays until this is expected of all that are shadowed
+  int rays = 4;  // at each pixel, 1 or more
   uint32_t seed = 0;
   int threads = 0;  // at most; 0: as many as this process may use
 };
@@ -33,7 +32,6 @@ struct FilteredLight {
   std::vector<float> hidden;  // hidden fraction, in [0,1], of the part of the light above the pixel's plane
   std::vector<float> errors;  // expected |error| of it, noise and blur; not independent from pixel to pixel
   uint64_t rays = 0;          // traced
-  int most_rays = 0;          // at one pixel
   uint64_t lit = 0;           // pixels of tiles that nothing stands between and the light: without rays
 };
 

@@ -66,10 +66,11 @@ MethodChoice Certified(const MethodFacts& facts, MethodChoice choice) {
 // no fact says, they are off by more than they tell.
 std::optional<MethodChoice> FilteredRay(const MethodFacts& facts, double max_error) {
   constexpr double kMostClutter = 0.25;
-  const double wanted = Wanted(max_error);
-  if (facts.clutter > kMostClutter || FilteredRayError(kMostFilteredRays) > wanted) return std::nullopt;
-  const RayOptions rays = {.rays = kMostFilteredRays, .max_error = float(max_error), .is_filtered = true};
-  return Certified(facts, MakeChoice(facts, "filtered ray", rays, FilteredRayError(FilteredRaysFor(wanted))));
+  constexpr RayOptions rays = {.rays = 4,
+                               .is_filtered = true};  // fewer are seen as steps; more are no cheaper than shaft
+  const double error = FilteredRayError(rays.rays);
+  if (facts.clutter > kMostClutter || error > Wanted(max_error)) return std::nullopt;
+  return Certified(facts, MakeChoice(facts, "filtered ray", rays, error));
 }
 
 // What its light data cost is paid back by many frames.
@@ -231,9 +232,8 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
       shaft->max_error = float(Wanted(*request->budget.max_error));
     }
     if (auto* ray = std::get_if<RayOptions>(&request->method);
-        ray != nullptr && (ray->is_adaptive || ray->is_filtered) && request->budget.max_error) {
-      // Filtered ones tell more than they are off by (ErrorOfTold), which is as much as the margin.
-      ray->max_error = float(ray->is_filtered ? *request->budget.max_error : Wanted(*request->budget.max_error));
+        ray != nullptr && ray->is_adaptive && request->budget.max_error) {
+      ray->max_error = float(Wanted(*request->budget.max_error));
     }
     request->predicted_cpu_ms = PredictCost(facts, request->method).TotalMs();
     RETURN_IF_ERROR(CheckLatency(facts, *request->predicted_cpu_ms, request->budget));

@@ -90,8 +90,7 @@ struct CostOf {
   LightCost operator()(const MultiMapOptions& maps) const { return MapsCost(facts, maps.k, maps.map_size); }
   LightCost operator()(const RayOptions& ray) const {
     if (ray.is_filtered) {
-      const int rays = ray.max_error > 0 ? std::min(ray.rays, FilteredRaysFor(ray.max_error)) : ray.rays;
-      return {0, kFilteredPerReceiver + rays * kFilteredPerRay * std::log2(TriangleCount(facts) + 2)};
+      return {0, kFilteredPerReceiver + ray.rays * kFilteredPerRay * std::log2(TriangleCount(facts) + 2)};
     }
     const double rays = ray.max_error > 0 ? std::min(double(ray.rays), RaysUntil(facts, ray.max_error))
                         : ray.is_adaptive ? 16 + kRayAdaptiveShare * std::max(0, ray.rays - 16)
@@ -242,12 +241,6 @@ int RaysFor(const MethodFacts& facts, double max_error) {
 }
 
 double FilteredRayError(int rays) { return kFilteredErrorOfRay * std::pow(rays, -kFilteredRate); }
-
-int FilteredRaysFor(double max_error) {
-  int rays = 1;
-  while (rays < kMostFilteredRays && FilteredRayError(rays) > max_error) rays *= 2;
-  return rays;
-}
 
 double ErrorOfTold(const MethodOptions& options) {
   if (std::holds_alternative<ShaftOptions>(options)) return kShaftErrorOfTold;

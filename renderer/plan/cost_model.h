@@ -42,7 +42,7 @@ struct PredictedCost {
   }
   static uint64_t FramesOfScene(uint64_t frames) { return frames > 30 ? frames : 30; }
 };
-// Of options that are left open: as if the most were chosen, but shaft's rows and rays with a max_error, which
+// Of options that are left open: as if the most were chosen, but shaft's rows and adaptive rays with a max_error, which
 // are those for it.
 PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options);
 
@@ -57,10 +57,7 @@ uint64_t ShaftPolygonsIn(const MethodFacts& facts, int rows, double ms);
 double RayError(const MethodFacts& facts, int rays);
 int RaysFor(const MethodFacts& facts, double max_error);  // kFewestRays to kMostRays, a power of two
 inline constexpr int kFewestRays = 16, kMostRays = 65536;
-// Of filtered rays on smooth surfaces, and how many: kMostFilteredRays where those may not do.
-double FilteredRayError(int rays);
-int FilteredRaysFor(double max_error);
-inline constexpr int kMostFilteredRays = 4;
+double FilteredRayError(int rays);  // on smooth surfaces
 double PdsmError(const MethodFacts& facts, int k);
 inline constexpr double kSssmError = 0.03;
 // What a picture is off by, of what its method's samples say (picture_error.h).

@@ -58,16 +58,14 @@ absl::StatusOr<OcclusionSum> RayMethod::ResolveOcclusion(const DrawContext& draw
   const auto stop = [&draw] { return draw.pacer->Finish(); };
   const bool is_point = ray_data.light.width_m == 0 && ray_data.light.height_m == 0;
   if (ray.is_filtered && !is_point && !on_cpu.ArePoints()) {
-    ASSIGN_OR_RETURN(FilteredLight traced,
-                     TraceFiltered(*ray_data.scene, ray_data.light, on_cpu,
-                                   {.rays = ray.rays, .mean_error = ray.max_error, .seed = ray_data.seed}, stop));
+    ASSIGN_OR_RETURN(FilteredLight traced, TraceFiltered(*ray_data.scene, ray_data.light, on_cpu,
+                                                         {.rays = ray.rays, .seed = ray_data.seed}, stop));
     OcclusionSum sum{std::move(traced.hidden), 1, traced.rays, NoteOf(traced.lit)};
     sum.errors = std::move(traced.errors);
-    if (ray.max_error > 0) sum.chosen_options = {{"rays", std::to_string(traced.most_rays)}};
     return sum;
   }
   const TraceOptions trace = {.rays = ray.is_filtered ? std::min(kMostRays, kRaysOfPoint * ray.rays) : ray.rays,
-                              .is_adaptive = ray.is_adaptive || (ray.is_filtered && ray.max_error > 0),
+                              .is_adaptive = ray.is_adaptive,
                               .stop_error = ray.stop_error,
                               .mean_error = ray.max_error,
                               .seed = ray_data.seed};

@@ -105,34 +105,6 @@ TEST(TraceFilteredTest, SharedRaysAreWorthSeveralOfAPixelsOwn) {
   }
 }
 
-TEST(TraceFilteredTest, RaysGoOnUntilTheyTellTheMeanError) {
-  const auto scene = Plate();
-  const CpuReceivers pixels = Ground();
-  const std::vector<double> truth = Truth(0.8, pixels);
-  uint64_t before = 0;
-  for (const double wanted : {0.05, 0.02, 0.012}) {
-    const FilteredLight traced = Trace(*scene, Light(0.8), pixels, {.rays = 64, .mean_error = wanted, .seed = 3});
-    double told = 0;
-    int shadowed = 0;
-    for (size_t i = 0; i < pixels.size(); ++i) {
-      if (!IsShadowed(traced.hidden[i])) continue;
-      told += traced.errors[i];
-      ++shadowed;
-    }
-    told /= shadowed;
-    const double error = MeanOverShadowed(truth, [&](size_t i) { return std::abs(traced.hidden[i] - truth[i]); });
-    std::printf("wanted %.3f: told %.5f, %.5f of at most %d rays, %lu in all\n", wanted, told, error, traced.most_rays,
-                traced.rays);
-    EXPECT_LE(told, wanted);
-    EXPECT_LE(error, wanted);
-    EXPECT_GT(traced.rays, before);
-    EXPECT_LT(traced.most_rays, 64);
-    before = traced.rays;
-  }
-  EXPECT_EQ(Trace(*scene, Light(0.8), pixels, {.rays = 4, .mean_error = 1e-6}).most_rays, 4)
-      << "no more than asked for";
-}
-
 TEST(TraceFilteredTest, OnlyPenumbraHasMoreThanOneRay) {
   const auto scene = Plate();
   const CpuReceivers pixels = Ground();

@@ -200,14 +200,14 @@ TEST(ChooseMethodTest, WithoutRoomForShaftTheCheapestRaysTakeItsPlace) {
   EXPECT_LE(std::get<RayOptions>(fine.method).max_error, 0.002f);
   EXPECT_FALSE(MakeSmaller(Facts(6000), 0.002, &fine));
 
-  RenderRequest coarse = RequestForError(0.03, PdsmOptions{});
-  ASSERT_TRUE(MakeSmaller(Facts(229'000), 0.03, &coarse));
+  RenderRequest coarse = RequestForError(0.02, PdsmOptions{});
+  ASSERT_TRUE(MakeSmaller(Facts(229'000), 0.02, &coarse));
   EXPECT_TRUE(std::get<RayOptions>(coarse.method).is_filtered);
   EXPECT_TRUE(coarse.certify) << "filtered rays do not surely tell their error";
   EXPECT_GT(*coarse.predicted_cpu_ms, 0);
 
   MethodOptions broken = coarse.method;
-  ASSERT_TRUE(MakeMoreExact(Facts(229'000), 0.03, &broken));
+  ASSERT_TRUE(MakeMoreExact(Facts(229'000), 0.02, &broken));
   EXPECT_TRUE(std::get<RayOptions>(broken).is_adaptive);
   EXPECT_FALSE(std::get<RayOptions>(broken).is_filtered);
 }
