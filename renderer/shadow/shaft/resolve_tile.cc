@@ -15,11 +15,15 @@ HWY_BEFORE_NAMESPACE();
 namespace halfshade {
 namespace HWY_NAMESPACE {
 
-// Samples that a masked triangle covers are hidden where its mask leaves it. `asked_of`: how many it was asked for, a
-// lane.
+// Samples that BLEND was asked for, a lane, and how many of them it hid.
+struct Tosses {
+  uint32_t asked[Tile::kLanes] = {}, hid[Tile::kLanes] = {};
+};
+
+// Samples that a masked triangle covers are hidden where its mask leaves it.
 template <int kCorners>
 void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const RayMask& mask, const Tile& tile,
-                int block, const Receivers16& at, LightRows* light, uint32_t* asked_of) {
+                int block, const Receivers16& at, LightRows* light, Tosses* tosses) {
   alignas(64) uint32_t hidden[Tile::kLanes], asked[Tile::kLanes];
   alignas(64) float above[Tile::kLanes];
   alignas(64) float rise[Tile::kLanes];
@@ -40,21 +44,23 @@ void DrawMasked(const Polygon& polygon, const MaskedTriangle& triangle, const Ra
         views[lane] = MaskedView(triangle, mask, {tile.x[i], tile.y[i], tile.z[i]});
         viewed |= 1u << lane;
       }
-      asked_of[lane] += uint32_t(std::popcount(asked[lane]));
+      const uint32_t before = hidden[lane];
       for (uint32_t bits = asked[lane]; bits != 0; bits &= bits - 1) {
         const auto column = uint32_t(hwy::Num0BitsBelowLS1Bit_Nonzero32(bits));
         const float x = (float(column) + 0.5f - above[lane]) / float(kColumns);
         const float y = (float(r) - rise[lane] + light->lean * x) / float(light->rows);
         if (!views[lane].IsMaskedAway(mask, x, y)) hidden[lane] |= 1u << column;
       }
+      tosses->asked[lane] += uint32_t(std::popcount(asked[lane]));
+      tosses->hid[lane] += uint32_t(std::popcount(hidden[lane] ^ before));
     }
     light->hidden[r] = LoadWords(hidden);
   });
 }
 
-// Draws polygons until nothing of the light is left. `tossed`: samples that BLEND was asked for, a lane.
+// Draws polygons until nothing of the light is left.
 uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, const TileScratch& lists,
-                  const Tile& tile, int block, LightRows* light, uint32_t* tossed) {
+                  const Tile& tile, int block, LightRows* light, Tosses* tosses) {
   constexpr size_t kCheckEvery = 4;
   const int first = block * Tile::kLanes;
   Receivers16 at;
@@ -67,18 +73,18 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
   at.error_m = Load(tile.error_m + first);
   at.active = tile.active[block];
   at.is_loose = tile.is_loose;
-  uint32_t not_tossed[Tile::kLanes] = {};
+  Tosses no_tosses;
   const auto hide = [light](int r, const Words& inside) { light->hidden[r] = light->hidden[r] | inside; };
   for (size_t i = 0; i < lists.block.size(); ++i) {
     const Polygon& polygon = lists.tile[lists.block[i]];
     if (polygon.masked >= 0) {
       const MaskedTriangle& triangle = tree.masked[polygon.masked];
       const RayMask& mask = masks[triangle.mask];
-      uint32_t* const asked_of = mask.is_blend() ? tossed : not_tossed;
+      Tosses* const here = mask.is_blend() ? tosses : &no_tosses;
       if (polygon.corners == 4) {
-        DrawMasked<4>(polygon, triangle, mask, tile, block, at, light, asked_of);
+        DrawMasked<4>(polygon, triangle, mask, tile, block, at, light, here);
       } else {
-        DrawMasked<3>(polygon, triangle, mask, tile, block, at, light, asked_of);
+        DrawMasked<3>(polygon, triangle, mask, tile, block, at, light, here);
       }
     } else if (polygon.corners == 4) {
       DrawPolygon<4>(polygon, at, light, hide);
@@ -90,11 +96,11 @@ uint64_t DrawList(const PolygonTree& tree, const std::vector<RayMask>& masks, co
   return lists.block.size();
 }
 
-// Mean |error| of n tosses of even odds, sqrt(2 / pi) / 2 of their root: odds that are not even err by less.
-constexpr float kErrorOfTosses = 0.4f;
+// Mean |error| of n tosses of which k hid, sqrt(2 / pi) of their deviation, sqrt(k (n - k) / n).
+constexpr float kErrorOfDeviation = 0.8f;
 
 // Counts what is hidden of what is above the plane.
-HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block, const uint32_t* tossed,
+HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block, const Tosses& tosses,
                             TileResult* result) {
   alignas(64) uint32_t even[Tile::kLanes], odd[Tile::kLanes], preset_even[Tile::kLanes], preset_odd[Tile::kLanes];
   Store(CountEven(light, 0), even);
@@ -108,8 +114,10 @@ HWY_INLINE void CountHidden(const LightRows& light, const Tile& tile, int block,
     const uint32_t above_odd = uint32_t(kColumns * (light.count / 2)) - preset_odd[lane];
     const uint32_t hidden_even = even[lane] - preset_even[lane], hidden_odd = odd[lane] - preset_odd[lane];
     const uint32_t above = above_even + above_odd;
-    if (above > 0)
-      result->coin_error[i] = kErrorOfTosses * std::sqrt(float(HWY_MIN(tossed[lane], above))) / float(above);
+    if (const uint32_t asked = tosses.asked[lane]; asked > 0 && above > 0) {
+      const float hid = float(tosses.hid[lane]), seen = float(asked) - hid;
+      result->coin_error[i] = kErrorOfDeviation * std::sqrt(hid * seen / float(asked)) / float(above);
+    }
     result->hidden[i] = above == 0 ? 1 : float(hidden_even + hidden_odd) / float(above);
     if (above_even == 0 || above_odd == 0) continue;
     result->disagreement[i] = std::abs(float(hidden_even) / float(above_even) - float(hidden_odd) / float(above_odd));
@@ -155,9 +163,9 @@ void ResolveTileHere(const PolygonTree& tree, const std::vector<RayMask>& masks,
     NarrowList(lists->tile, lists->arranged, shaft, block_bounds, &lists->block);
     if (lists->block.empty()) continue;
     StartRows(tile, block, rows, LeanOf(tile.block_hash[block], rows), row_shift, &light);
-    uint32_t tossed[Tile::kLanes] = {};
-    result->drawn += DrawList(tree, masks, *lists, tile, block, &light, tossed);
-    CountHidden(light, tile, block, tossed, result);
+    Tosses tosses;
+    result->drawn += DrawList(tree, masks, *lists, tile, block, &light, &tosses);
+    CountHidden(light, tile, block, tosses, result);
   }
 }
 

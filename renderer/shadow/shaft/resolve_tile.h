@@ -15,7 +15,7 @@ struct TileResult {
   float hidden[Tile::kMost];  // fraction of the light's part above the receiver's plane, in [0,1]
   // |even rows' hidden fraction - odd rows'|, what the samples may be off by; 0 where not active.
   float disagreement[Tile::kMost];
-  float coin_error[Tile::kMost];  // expected |error| of hidden by samples that BLEND tossed a coin for, at most
+  float coin_error[Tile::kMost];  // expected |error| of hidden by the samples that BLEND tossed coins for
   uint32_t polygons = 0;          // in the tile's list; none: the tile is lit, exactly
   uint64_t drawn = 0;             // polygons of all blocks' lists
 };

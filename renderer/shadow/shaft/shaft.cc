@@ -21,11 +21,6 @@ constexpr float kErrorOfDisagreement = 0.25f;
 // Where samples are coin tosses, by 2^.5 times as much: half of the difference.
 constexpr float kErrorOfCoins = 0.5f;
 
-// What of a pixel's error is that of its coins: no more than so many tosses err by, or than all of the difference says.
-float CoinError(const TileResult& result, int i) {
-  return std::min(result.coin_error[i], kErrorOfCoins * result.disagreement[i]);
-}
-
 struct ShaftSceneData : SceneData {
   explicit ShaftSceneData(MeshShapes shapes_built) : shapes(std::move(shapes_built)) {}
   MeshShapes shapes;
@@ -127,8 +122,8 @@ class Resolve {
     for (int i = 0; i < Tile::kMost; ++i) {
       if ((tile.active[i / Tile::kLanes] >> (i % Tile::kLanes) & 1) == 0) continue;
       hidden_[tile.index[i]] = result.hidden[i];
-      const float of_coins = CoinError(result, i);
-      const float of_edges = kErrorOfDisagreement * (result.disagreement[i] - of_coins / kErrorOfCoins);
+      const float of_coins = result.coin_error[i];
+      const float of_edges = kErrorOfDisagreement * std::max(0.0f, result.disagreement[i] - of_coins / kErrorOfCoins);
       errors_[tile.index[i]] = of_edges + of_coins;
       if (!coin_errors_.empty()) coin_errors_[tile.index[i]] = of_coins;
     }
