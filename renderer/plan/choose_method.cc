@@ -66,8 +66,8 @@ MethodChoice Certified(const MethodFacts& facts, MethodChoice choice) {
 // no fact says, they are off by more than they tell.
 std::optional<MethodChoice> FilteredRay(const MethodFacts& facts, double max_error) {
   constexpr double kMostClutter = 0.25;
-  constexpr RayOptions rays = {.rays = 4,
-                               .is_filtered = true};  // fewer are seen as steps; more are no cheaper than shaft
+  // Fewer are seen as steps; more are no cheaper than shaft.
+  constexpr RayOptions rays = {.rays = 4, .is_filtered = true};
   const double error = FilteredRayError(rays.rays);
   if (facts.clutter > kMostClutter || error > Wanted(max_error)) return std::nullopt;
   return Certified(facts, MakeChoice(facts, "filtered ray", rays, error));
@@ -191,7 +191,8 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
       for (const MethodChoice& other : candidates) {
         if (&other != &choice) best.reason += "; " + Describe(other, facts.frames);
       }
-      BoundLists(facts, CheapestRays(candidates, error), &best);
+      // What takes its place is for an error; a latency it might break.
+      if (!budget.max_latency_ms) BoundLists(facts, CheapestRays(candidates, error), &best);
     }
   };
   for (const double error : errors) consider(error);
@@ -251,6 +252,9 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
 bool MakeSmaller(const MethodFacts& facts, double max_error, RenderRequest* request) {
   if (!std::holds_alternative<ShaftOptions>(request->method) && !std::holds_alternative<PdsmOptions>(request->method)) {
     return false;
+  }
+  if (const auto* shaft = std::get_if<ShaftOptions>(&request->method); shaft != nullptr && !request->budget.max_error) {
+    max_error = shaft->max_error;
   }
   const std::vector<MethodChoice> candidates = MethodCandidates(facts, max_error);
   const MethodChoice* rays = CheapestRays(candidates, max_error);

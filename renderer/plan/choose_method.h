@@ -46,8 +46,8 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
 bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options);
 
 // What AUTO draws where its method has no room for its light data, or where shaft's lists turn out to be longer than
-// the other is dear: rays, which have none of either, the cheapest for max_error. False: it has no other. `request` is
-// certified as SettleMethod does.
+// the other is dear: rays, which have none of either, the cheapest for max_error, or for shaft's own where the budget
+// has none. False: it has no other. `request` is certified as SettleMethod does.
 bool MakeSmaller(const MethodFacts& facts, double max_error, RenderRequest* request);
 
 // What a certificate may cost of a request whose method is predicted to take cpu_ms: none, unless its rays and the

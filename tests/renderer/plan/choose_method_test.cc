@@ -212,6 +212,16 @@ TEST(ChooseMethodTest, WithoutRoomForShaftTheCheapestRaysTakeItsPlace) {
   EXPECT_FALSE(std::get<RayOptions>(broken).is_filtered);
 }
 
+TEST(ChooseMethodTest, UnderALatencyAloneRaysTakeShaftsPlaceForItsErrorAndNoListIsTooLong) {
+  RenderRequest request = RequestForError(0, ShaftOptions{.max_error = 0.02f});
+  request.budget = {.max_latency_ms = 100};
+  ASSERT_TRUE(MakeSmaller(Facts(6000), kDefaultMaxError, &request));
+  EXPECT_GT(std::get<RayOptions>(request.method).max_error, 0.01f);
+  const auto choice = ChooseMethod(Facts(6000), {.max_latency_ms = 100});
+  ASSERT_OK(choice);
+  EXPECT_EQ(std::get<ShaftOptions>(choice->options).most_polygons, 0u);
+}
+
 TEST(ChooseMethodTest, FilteredRaysAreForCoarseErrorsOfSmoothSurfaces) {
   const auto has_filtered = [](const MethodFacts& facts, double max_error) {
     const std::vector<MethodChoice> candidates = MethodCandidates(facts, max_error);
