@@ -8,7 +8,7 @@
 namespace halfshade {
 
 // Wall time of a small render on this renderer, as a multiple of its time on the table's machine (plan/cost_model.h),
-// within 1/16 to 64: Budget::slowness. The least of five, some 25 ms in all. Leaves the render's scene forgotten.
+// within 1/16 to 64: Machine::slowness. The least of five, some 25 ms in all. Leaves the render's scene forgotten.
 absl::StatusOr<double> MeasureSlowness(Renderer& renderer);
 
 }  // namespace halfshade

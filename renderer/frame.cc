@@ -450,7 +450,7 @@ absl::StatusOr<RenderResult> DrawFrame(const DrawContext& draw, const LtcTexture
     }
     if (request.budget.max_latency_ms) {
       const double cpu_ms = PredictCost(facts, asked.method).TotalMs();
-      const double again_ms = PredictWallMs(facts, cpu_ms, request.budget.slowness);
+      const double again_ms = PredictWallMs(facts, cpu_ms, request.budget.machine.slowness);
       if (since_dequeue.Milliseconds() + again_ms > *request.budget.max_latency_ms) {
         return absl::FailedPreconditionError("budget.max_error: " + breach + ", by " + result.report.method +
                                              ", and budget.max_latency leaves no time for better");

@@ -115,11 +115,17 @@ struct CertifyOptions {
   int rays = 256;          // in each of two sets at each pixel, 16..65536
 };
 
+// What draws, as far as the choice of a method is concerned.
+struct Machine {
+  double slowness = 1;   // wall ms for each that the table predicts (plan/cost_model.h); of latencies alone
+  bool has_gpu = false;  // GL is drawn by one, whatever context a request meets
+};
+
 // What the caller will bear.
 struct Budget {
   std::optional<double> max_error{};       // mean |error| of visibility over shadowed receivers, in (0, 1)
   std::optional<double> max_latency_ms{};  // wall, from the start of drawing to the last byte encoded
-  double slowness = 1;  // of this machine: wall ms for each that the table predicts (plan/cost_model.h); of latencies
+  Machine machine{};                       // that it is to be kept on
 };
 
 struct RenderRequest {

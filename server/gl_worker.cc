@@ -27,7 +27,8 @@ RendererFactory MakeGlRendererFactory(const gl::ContextOptions& options, const I
     worker.gl_renderer = worker.context->renderer();
     worker.gl_version = worker.context->version();
     worker.description = worker.context->description();
-    ASSIGN_OR_RETURN(worker.slowness, MeasureSlowness(*worker.renderer));
+    worker.machine.has_gpu = !worker.context->IsSoftware();
+    ASSIGN_OR_RETURN(worker.machine.slowness, MeasureSlowness(*worker.renderer));
     return worker;
   };
 }
@@ -47,7 +48,7 @@ absl::StatusOr<std::unique_ptr<GlWorker>> GlWorker::Start(const RendererFactory&
     words.gl_renderer = own.gl_renderer;
     words.gl_version = own.gl_version;
     words.description = own.description;
-    words.slowness = own.slowness;
+    words.machine = own.machine;
     started.set_value(std::move(words));  // the reference is gone from here on
     self->Work(std::move(own));
   });

@@ -24,7 +24,7 @@ struct WorkerRenderer {
   std::string gl_renderer;
   std::string gl_version;
   std::string description;
-  double slowness = 1;  // Budget::slowness, of this context
+  Machine machine;
 };
 
 // Called on the worker's own thread, where the context stays current; again when a context is lost.
@@ -54,7 +54,7 @@ class GlWorker {
   const std::string& gl_renderer() const { return info_.gl_renderer; }
   const std::string& gl_version() const { return info_.gl_version; }
   const std::string& description() const { return info_.description; }
-  double slowness() const { return info_.slowness; }
+  const Machine& machine() const { return info_.machine; }
 
   // From any thread: frees what stays of a scene on this context, after the render under way, before the next one.
   void ForgetScene(const std::string& name);
@@ -72,7 +72,7 @@ class GlWorker {
   const RendererFactory factory_;
   RenderQueue* const queue_;
   const ContextWatch watch_;
-  WorkerRenderer info_;  // words and slowness alone; context and renderer live on the thread
+  WorkerRenderer info_;  // words and machine alone; context and renderer live on the thread
   mutable std::mutex mutex_;
   std::vector<std::string> forgotten_;
   std::vector<CacheReport> caches_;

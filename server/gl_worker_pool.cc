@@ -57,10 +57,13 @@ std::vector<CacheReport> GlWorkerPool::Caches() const {
   return sums;
 }
 
-double GlWorkerPool::Slowness() const {
-  double slowness = 0;
-  for (const auto& worker : workers_) slowness = std::max(slowness, worker->slowness());
-  return slowness;
+Machine GlWorkerPool::machine() const {
+  Machine all = {.slowness = 0, .has_gpu = true};
+  for (const auto& worker : workers_) {
+    all.slowness = std::max(all.slowness, worker->machine().slowness);
+    all.has_gpu = all.has_gpu && worker->machine().has_gpu;
+  }
+  return all;
 }
 
 }  // namespace halfshade

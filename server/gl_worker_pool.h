@@ -34,8 +34,8 @@ class GlWorkerPool {
   // Contexts that do not draw now, and how often one stopped since the start. Thread-safe.
   int lost() const { return lost_; }
   uint64_t losses() const { return losses_; }
-  // Of the slowest context.
-  double Slowness() const;
+  // What any context can be relied on for: the slowest's slowness, a GPU where all have one.
+  Machine machine() const;
 
   const std::vector<std::unique_ptr<GlWorker>>& workers() const { return workers_; }
 

@@ -46,7 +46,7 @@ class PlanCall final : public grpc::ServerUnaryReactor, public std::enable_share
   absl::Status Plan() {
     double load_ms = 0;
     ASSIGN_OR_RETURN(const SceneCatalog::Posed posed, plant_->catalog->LoadPosed(request_, &load_ms));
-    ASSIGN_OR_RETURN(const ValidatedRender render, ValidateRender(request_, *posed.scene, limits_, plant_->slowness));
+    ASSIGN_OR_RETURN(const ValidatedRender render, ValidateRender(request_, *posed.scene, limits_, plant_->machine));
     ASSIGN_OR_RETURN(const RenderReport plan, PlanRender(*posed.scene, render.request));
     plan_ = ToProto(plan);
     plan_.mutable_timing()->set_load_ms(load_ms);

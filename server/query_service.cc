@@ -69,7 +69,7 @@ class QueryCall final : public grpc::ServerUnaryReactor, public std::enable_shar
     if (gave_up_) return;
     const absl::Status status = [&]() -> absl::Status {
       ASSIGN_OR_RETURN(posed_, plant_->catalog->LoadPosed(query_.request(), &load_ms_));
-      ASSIGN_OR_RETURN(valid_, ValidateQuery(query_, *posed_.scene, plant_->limits, plant_->slowness));
+      ASSIGN_OR_RETURN(valid_, ValidateQuery(query_, *posed_.scene, plant_->limits, plant_->machine));
       queued_at_ = SteadyClock::now();
       RenderJob job;
       job.id = JobId();

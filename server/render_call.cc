@@ -103,7 +103,7 @@ void RenderCall::Prepare() {
   }
   scene_ = std::move(posed->scene);
   posed_name_ = std::move(posed->name);
-  auto validated = ValidateRender(request_, *scene_, limits_, plant_->slowness);
+  auto validated = ValidateRender(request_, *scene_, limits_, plant_->machine);
   if (!validated.ok()) {
     Fail(validated.status());
     return;

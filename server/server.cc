@@ -135,7 +135,7 @@ class WiredServer final : public Server {
     ASSIGN_OR_RETURN(catalog_,
                      SceneCatalog::Open(store_.get(), &cache_, reader_.get(), derived_store_.get(), options_.limits));
     plant_.catalog = catalog_.get();
-    plant_.slowness = workers_.Slowness();
+    plant_.machine = workers_.machine();
     plant_.pool = &pool_;
     plant_.encode_pool = &encode_pool_;
     plant_.in_flight = &in_flight_;

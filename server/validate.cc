@@ -278,10 +278,10 @@ absl::StatusOr<Motion> ResolveMotion(const v1::RenderRequest& request, const Fla
 }
 
 absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
-                                               const Limits& limits, double slowness) {
+                                               const Limits& limits, const Machine& machine) {
   ASSIGN_OR_RETURN(ValidatedRender result, CheckFields(request, limits));
   RenderRequest& plain = result.request;
-  plain.budget.slowness = slowness;
+  plain.budget.machine = machine;
   plain.expected_frames = request.expected_frames();
   plain.scene_index = request.has_scene_index() ? request.scene_index() : scene.default_scene;
   ASSIGN_OR_RETURN(Motion motion, ResolveMotion(request, scene));

@@ -33,9 +33,9 @@ struct ValidatedRender {
 absl::Status CheckRenderFields(const v1::RenderRequest& request, const Limits& limits);
 
 // All of it: CheckRenderFields, then what needs the scene, bent as the request asks (camera index, scene index,
-// automatic camera, light and planes). `slowness`: Budget::slowness.
+// automatic camera, light and planes). `machine`: of the contexts.
 absl::StatusOr<ValidatedRender> ValidateRender(const v1::RenderRequest& request, const FlatScene& scene,
-                                               const Limits& limits, double slowness = 1);
+                                               const Limits& limits, const Machine& machine = {});
 
 struct ValidatedQuery {
   RenderRequest request;  // camera, size and outputs mean nothing
@@ -46,7 +46,7 @@ struct ValidatedQuery {
 // FAILED_PRECONDITION where the reply would pass limits.render_reply_bytes.
 absl::Status CheckQueryFields(const v1::QueryVisibilityRequest& query, const Limits& limits);
 absl::StatusOr<ValidatedQuery> ValidateQuery(const v1::QueryVisibilityRequest& query, const FlatScene& scene,
-                                             const Limits& limits, double slowness = 1);
+                                             const Limits& limits, const Machine& machine = {});
 
 // Names a result: SHA-256 of the scene's name, every resolved value, the version and GL_RENDERER.
 std::string ContentKey(const std::string& scene_name, const ValidatedRender& render, const std::string& version,

@@ -85,15 +85,16 @@ absl::Status CheckQueryFields(const v1::QueryVisibilityRequest& query, const Lim
 }
 
 absl::StatusOr<ValidatedQuery> ValidateQuery(const v1::QueryVisibilityRequest& query, const FlatScene& scene,
-                                             const Limits& limits, double slowness) {
+                                             const Limits& limits, const Machine& machine) {
   RETURN_IF_ERROR(CheckQueryFields(query, limits));
-  ASSIGN_OR_RETURN(ValidatedRender render, ValidateRender(LooksAt(query.request()), scene, limits, slowness));
+  ASSIGN_OR_RETURN(ValidatedRender render, ValidateRender(LooksAt(query.request()), scene, limits, machine));
   ValidatedQuery result;
   result.request = std::move(render.request);
   result.points = {Unpack(query.points()), Unpack(query.normals())};
+  result.request.outputs.clear();  // certificates are of pictures
+  result.request.certify.reset();
   ASSIGN_OR_RETURN(const Pose pose, BuildPose(scene, result.request.scene_index, result.request.node_overrides));
   RETURN_IF_ERROR(SettleMethod(scene, pose, result.points.points_ws.size(), &result.request));
-  result.request.certify.reset();  // of pictures
   return result;
 }
 

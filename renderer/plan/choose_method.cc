@@ -79,14 +79,25 @@ MethodChoice Pdsm(const MethodFacts& facts) {
   return Certified(facts, MakeChoice(facts, "pdsm", options, PdsmError(facts, options.k)));
 }
 
-// The methods that know how wide penumbrae are.
-MethodChoice PenumbraWidths(const MethodFacts& facts) {
-  SssmOptions options;
-  options.blocker_taps = 11;
-  options.filter_taps = 21;
-  options.weights = FilterWeights::kMean;
-  options.sub_lights = 2;
-  return MakeChoice(facts, "sssm", options, kSssmError);
+constexpr PcssOptions kPcss = {.blocker_taps = 11, .filter_taps = 21};
+constexpr SsmOptions kSsm = {.occluder_map_size = 256, .sub_lights = 2};
+constexpr SssmOptions kSssm = {.blocker_taps = 11, .filter_taps = 21, .weights = FilterWeights::kMean, .sub_lights = 2};
+
+// It knows how wide penumbrae are.
+MethodChoice PenumbraWidths(const MethodFacts& facts) { return MakeChoice(facts, "sssm", kSssm, SssmError(facts)); }
+
+// A few maps and no rays, for coarse errors: nearly nothing where a GPU draws. In rooms, where a map is five, they are
+// off by more than the table knows.
+std::vector<MethodChoice> FewMaps(const MethodFacts& facts, double max_error) {
+  std::vector<MethodChoice> choices;
+  if (facts.has_side_windows) return choices;
+  const auto add = [&](const char* name, const MethodOptions& options, double error) {
+    if (error <= Wanted(max_error)) choices.push_back(Certified(facts, MakeChoice(facts, name, options, error)));
+  };
+  add("pcss", kPcss, PcssError(facts));
+  add("ssm", kSsm, SsmError(facts, kSsm.sub_lights));
+  add("sssm", kSssm, SssmError(facts));
+  return choices;
 }
 
 // Its pictures come with their expected error (OcclusionSum::errors), which can be relied on.
@@ -137,7 +148,7 @@ void CertifyByDefault(const MethodFacts& facts, RenderRequest* request) {
 // Of a method that was asked for.
 absl::Status CheckLatency(const MethodFacts& facts, double cpu_ms, const Budget& budget) {
   if (!budget.max_latency_ms) return absl::OkStatus();
-  const double wall_ms = PredictWallMs(facts, cpu_ms, budget.slowness);
+  const double wall_ms = PredictWallMs(facts, cpu_ms, budget.machine.slowness);
   if (wall_ms <= *budget.max_latency_ms) return absl::OkStatus();
   return absl::FailedPreconditionError("budget.max_latency: " + Milliseconds(*budget.max_latency_ms) +
                                        " ms; the method with these options is predicted to take " +
@@ -154,8 +165,11 @@ std::vector<MethodChoice> MethodCandidates(const MethodFacts& facts, double max_
   }
   candidates.push_back(Shaft(facts, max_error));
   candidates.push_back(Ray(facts, max_error));
-  if (const auto filtered = FilteredRay(facts, max_error)) candidates.push_back(*filtered);
-  if (facts.frames > 1 && facts.masked_share == 0) candidates.push_back(Pdsm(facts));
+  if (facts.can_certify) {
+    if (const auto filtered = FilteredRay(facts, max_error)) candidates.push_back(*filtered);
+    for (const MethodChoice& maps : FewMaps(facts, max_error)) candidates.push_back(maps);
+    if (facts.frames > 1 && facts.masked_share == 0) candidates.push_back(Pdsm(facts));
+  }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const MethodChoice& a, const MethodChoice& b) { return a.frame_ms < b.frame_ms; });
   return candidates;
@@ -171,9 +185,11 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
     errors.push_back(budget.max_error.value_or(0.2));
   } else {
     // A method without another's exactness is the only one for what it alone knows.
-    errors.push_back(budget.max_error.value_or(facts.wants_penumbra_width ? kSssmError : kDefaultMaxError));
+    errors.push_back(budget.max_error.value_or(facts.wants_penumbra_width ? SssmError(facts) : kDefaultMaxError));
   }
-  const auto wall_ms = [&](const MethodChoice& choice) { return PredictWallMs(facts, choice.cpu_ms, budget.slowness); };
+  const auto wall_ms = [&](const MethodChoice& choice) {
+    return PredictWallMs(facts, choice.cpu_ms, budget.machine.slowness);
+  };
   // The best in error, and in time, of all that was looked at; and in error, of those that keep the budget.
   MethodChoice exact, quick, best;
   exact.error = quick.cpu_ms = best.error = std::numeric_limits<double>::infinity();
@@ -206,7 +222,7 @@ absl::StatusOr<MethodChoice> ChooseMethod(const MethodFacts& facts, const Budget
     if (facts.wants_penumbra_width) best.reason += "; PENUMBRA_WIDTH is known to sssm and pcss";
     if (budget.max_latency_ms) {
       best.reason += "; the least error in " + Milliseconds(*budget.max_latency_ms) + " ms, of which it is to take " +
-                     Milliseconds(wall_ms(best)) + ": this machine takes " + Number(budget.slowness) +
+                     Milliseconds(wall_ms(best)) + ": this machine takes " + Number(budget.machine.slowness) +
                      " of the table's time";
     }
     return best;
@@ -250,9 +266,7 @@ absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t rec
 }
 
 bool MakeSmaller(const MethodFacts& facts, double max_error, RenderRequest* request) {
-  if (!std::holds_alternative<ShaftOptions>(request->method) && !std::holds_alternative<PdsmOptions>(request->method)) {
-    return false;
-  }
+  if (facts.wants_penumbra_width || std::holds_alternative<RayOptions>(request->method)) return false;
   if (const auto* shaft = std::get_if<ShaftOptions>(&request->method); shaft != nullptr && !request->budget.max_error) {
     max_error = shaft->max_error;
   }
@@ -265,6 +279,7 @@ bool MakeSmaller(const MethodFacts& facts, double max_error, RenderRequest* requ
 }
 
 bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options) {
+  if (facts.wants_penumbra_width) return false;
   const float half = float(max_error / 2);
   if (auto* shaft = std::get_if<ShaftOptions>(options)) {
     if (shaft->max_error > half) {
@@ -274,28 +289,20 @@ bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* op
     }
     return true;
   }
-  if (std::holds_alternative<PdsmOptions>(*options)) {
+  auto* ray = std::get_if<RayOptions>(options);
+  if (ray == nullptr) {
     *options = ShaftOptions{.rows = 0, .max_error = half};
-    return true;
-  }
-  if (auto* ray = std::get_if<RayOptions>(options)) {
-    if (ray->is_filtered) {
-      *options = RaysUntil(facts, half);
-      return true;
-    }
-    if (ray->max_error > half) {
-      ray->max_error = half;
-      return true;
-    }
-    if (ray->max_error > 0) {
-      *options = RayOptions{.rays = RaysFor(facts, half)};
-      return true;
-    }
+  } else if (ray->is_filtered) {
+    *options = RaysUntil(facts, half);
+  } else if (ray->max_error > half) {
+    ray->max_error = half;
+  } else if (ray->max_error > 0) {
+    *options = RayOptions{.rays = RaysFor(facts, half)};
+  } else {
     if (ray->rays > kMostRays / 4) return false;
     ray->rays *= 4;
-    return true;
   }
-  return false;
+  return true;
 }
 
 bool CertifiesByDefault(const MethodFacts& facts, double cpu_ms) {

@@ -2,7 +2,7 @@
 //
 // Decided by facts of scene and request and a table of costs and errors that belongs to the build (cost_model.h), never
 // by clocks: the same request, the same choice. Where a latency is asked for, how slow this machine is counts too
-// (Budget::slowness), and the choice may differ from one start of the server to the next.
+// (Machine::slowness), and the choice may differ from one start of the server to the next.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -42,7 +42,8 @@ inline constexpr double kDefaultMaxError = 0.002;
 absl::Status SettleMethod(const FlatScene& scene, const Pose& pose, uint64_t receivers, RenderRequest* request);
 
 // What to draw after a picture that broke max_error: shaft or adaptive rays once more at half of it, then rays
-// everywhere, four times as many each time until there are no more (false). Shaft after pdsm.
+// everywhere, four times as many each time until there are no more (false). Shaft after maps. False where
+// PENUMBRA_WIDTH is asked.
 bool MakeMoreExact(const MethodFacts& facts, double max_error, MethodOptions* options);
 
 // What AUTO draws where its method has no room for its light data, or where shaft's lists turn out to be longer than

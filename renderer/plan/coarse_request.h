@@ -10,10 +10,11 @@
 namespace halfshade {
 
 // Requests to draw before `request`, in this order: a quarter of its size at an error of .03, half of it at .01 (a
-// soft shadow map: of its texels a side), each by what AUTO would choose for that, with one sample a pixel, no budget
-// and no certificate. A coarse one is left out where it is predicted to take over half of the whole's time: the first
-// with its light data, the second without, which is the same. With max_latency it is left out too where it and the
-// whole would not be in time. `request` is settled (SettleMethod), and is not changed by what comes before it.
+// soft shadow map: of its texels a side), each by what of AUTO's methods is the soonest there, with one sample a pixel,
+// no budget and no certificate. Of the first all of its data count; of the second none that the first or the whole have
+// of the same method. One is left out where it is predicted to take over half of the whole's time, or where with
+// max_latency it and the whole would not be in time. `request` is settled (SettleMethod), and is not changed by what
+// comes before it.
 std::vector<RenderRequest> PlanCoarseRequests(const FlatScene& scene, const Pose& pose, const RenderRequest& request);
 
 }  // namespace halfshade

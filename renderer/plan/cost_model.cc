@@ -24,7 +24,7 @@ constexpr double kShaftPerRow = 1.0 / 50;                         // of that, fo
 constexpr double kShaftMasked = 16;                               // times as dear at 8 rows where all is masked
 constexpr double kMaskedPerRow = 1.0 / 11;                        // of that, for each row beyond 8
 constexpr double kShaftSparse = 0.8;
-constexpr double kRayPerTriangle = 1e-3;
+constexpr double kRayPerTriangle = 5e-4;
 constexpr double kRayPerRay = 1.6e-6;  // times the logarithm of the triangles
 constexpr double kRayMasked = 2;       // times as dear where all is masked
 // Filtered ones: what every pixel pays, and each ray of all pixels, though penumbra alone has more than the first.
@@ -35,9 +35,14 @@ constexpr double kRaysUntil = 52, kRaysUntilRate = 0.43, kClutteredRaysUntil = 5
 // A map: its triangles, its texels, and a receiver that asks it.
 constexpr double kMapPerTriangle = 2e-4, kMapPerTexel = 1e-6, kMapPerReceiver = 2.8e-5;
 constexpr double kViewsInRooms = 5;
-constexpr double kPcssPerTap = 4.8e-7;  // of the two squares of taps, with the skip
-constexpr double kSssmPerTap = 2.4e-6;  // of the four rows of taps, of each cell
+constexpr double kPcssPerTap = 5e-7;      // of the two squares of taps, with the skip
+constexpr double kPcssPerTexel = 1.5e-5;  // of its pyramid
+constexpr double kSssmPerTap = 2.4e-6;    // of the four rows of taps, of each cell
+constexpr double kSsmPerTriangle = 8e-4;  // beside the map's, of finer texels
 constexpr double kSsmPerPatch = 1.2e-5, kSsmPerReceiver = 3e-5;
+// What GL draws, of the table's time, where a GPU draws it: not measured. Integrated ones fetch twenty texels a
+// nanosecond, llvmpipe on two cores .6.
+constexpr double kGpuShare = 1.0 / 30;
 constexpr double kPdsmPerTexel = 1.2e-5, kPdsmPerReceiver = 1e-4;
 constexpr int kMostSubLights = 4;  // that SSM chooses
 constexpr int kMostSsmMap = 512;
@@ -55,6 +60,9 @@ constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much le
 // leaves a thousandth of the pixels are off by half.
 constexpr double kPdsmErrorOfMap = 0.1, kPdsmRate = 0.7;
 constexpr double kPdsmErrorOfTexels = 0.002, kPdsmTriangles = 40'000, kClutteredPdsmError = 0.05;
+// Those of maps fall with the sub-lights along an edge; leaves are finer than texels.
+constexpr double kSsmErrorOfMap = 0.026, kCluttered = 1, kSsmRate = 1.2;
+constexpr double kPcssError = 0.028, kSssmSmoothError = 0.015;
 // Of BLEND samples are coin tosses (scene/blend.h): mean |error| of one, sqrt(2 / pi) times the mean of sqrt(a (1 - a))
 // over all a, pi / 8.
 constexpr double kBlendNoise = 0.313;
@@ -75,10 +83,12 @@ struct LightCost {
   double data = 0, per_receiver = 0;
 };
 
+double OnGl(const MethodFacts& facts, double ms) { return facts.has_gpu ? kGpuShare * ms : ms; }
+
 LightCost MapsCost(const MethodFacts& facts, double views, double map_size) {
   const double maps = facts.has_side_windows ? kViewsInRooms * views : views;
-  return {maps * (TriangleCount(facts) * kMapPerTriangle + Squared(map_size) * kMapPerTexel),
-          kFinishPerReceiver + maps * kMapPerReceiver};
+  return {OnGl(facts, maps * (TriangleCount(facts) * kMapPerTriangle + Squared(map_size) * kMapPerTexel)),
+          OnGl(facts, kFinishPerReceiver + maps * kMapPerReceiver)};
 }
 
 // The table, by method. RAY's hierarchy and SHAFT's shapes are the scene's, whatever the number of lights: PredictCost
@@ -100,13 +110,14 @@ struct CostOf {
   }
   LightCost operator()(const PcssOptions& pcss) const {
     LightCost cost = MapsCost(facts, 1, pcss.map_size);
-    cost.per_receiver += kPcssPerTap * (Squared(pcss.blocker_taps) + Squared(pcss.filter_taps));
+    cost.data += OnGl(facts, Squared(pcss.map_size) * kPcssPerTexel);
+    cost.per_receiver += OnGl(facts, kPcssPerTap * (Squared(pcss.blocker_taps) + Squared(pcss.filter_taps)));
     return cost;
   }
   LightCost operator()(const SssmOptions& sssm) const {
     const double cells = Squared(sssm.sub_lights);
     LightCost cost = MapsCost(facts, cells, sssm.map_size);
-    cost.per_receiver += cells * kSssmPerTap * 2 * (sssm.blocker_taps + sssm.filter_taps);
+    cost.per_receiver += OnGl(facts, cells * kSssmPerTap * 2 * (sssm.blocker_taps + sssm.filter_taps));
     return cost;
   }
   LightCost operator()(const SsmOptions& ssm) const {
@@ -114,8 +125,8 @@ struct CostOf {
     const double size = ssm.occluder_map_size > 0 ? ssm.occluder_map_size : kMostSsmMap;
     const double maps = q * q * ssm.passes;
     LightCost cost = MapsCost(facts, maps, size);
-    cost.data += maps * Squared(size) * kSsmPerPatch;
-    cost.per_receiver = kFinishPerReceiver + maps * kSsmPerReceiver;
+    cost.data += OnGl(facts, maps * TriangleCount(facts) * kSsmPerTriangle) + maps * Squared(size) * kSsmPerPatch;
+    cost.per_receiver = OnGl(facts, kFinishPerReceiver + maps * kSsmPerReceiver);
     return cost;
   }
   LightCost operator()(const PdsmOptions& pdsm) const {
@@ -192,8 +203,12 @@ MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const Rende
   facts.receivers = receivers;
   facts.lights = std::max<uint64_t>(request.lights.size(), 1);
   facts.frames = std::max<uint64_t>(request.expected_frames, 1);
-  facts.wants_penumbra_width =
-      std::find(request.outputs.begin(), request.outputs.end(), OutputKind::kPenumbraWidth) != request.outputs.end();
+  const auto asks = [&](OutputKind kind) {
+    return std::find(request.outputs.begin(), request.outputs.end(), kind) != request.outputs.end();
+  };
+  facts.wants_penumbra_width = asks(OutputKind::kPenumbraWidth);
+  facts.can_certify = asks(OutputKind::kFrame) || asks(OutputKind::kVisibility);
+  facts.has_gpu = request.budget.machine.has_gpu;
   return facts;
 }
 
@@ -204,7 +219,7 @@ PredictedCost PredictCost(const MethodFacts& facts, const MethodOptions& options
   cost.light_ms = lights * light.data;
   if (std::holds_alternative<RayOptions>(options)) cost.scene_ms = TriangleCount(facts) * kRayPerTriangle;
   if (std::holds_alternative<ShaftOptions>(options)) cost.scene_ms = double(facts.kept_triangles) * kShaftPerKept;
-  cost.receiver_ms = kEach + double(facts.receivers) * (kPrimaryPerReceiver + lights * light.per_receiver);
+  cost.receiver_ms = kEach + double(facts.receivers) * (OnGl(facts, kPrimaryPerReceiver) + lights * light.per_receiver);
   return cost;
 }
 
@@ -226,7 +241,7 @@ int ShaftRowsFor(const MethodFacts& facts, double max_error) {
 
 uint64_t ShaftPolygonsIn(const MethodFacts& facts, int rows, double ms) {
   const double beside =
-      kEach + double(facts.receivers) * (kPrimaryPerReceiver + double(facts.lights) * kShaftPerReceiver);
+      kEach + double(facts.receivers) * (OnGl(facts, kPrimaryPerReceiver) + double(facts.lights) * kShaftPerReceiver);
   return uint64_t(std::max(0.0, ms - beside) / (kShaftPerListed * (1 + kShaftPerRow * (rows - 8)))) + 1;
 }
 
@@ -252,6 +267,14 @@ double PdsmError(const MethodFacts& facts, int k) {
   const double smooth = kPdsmErrorOfTexels * (1 + TriangleCount(facts) / kPdsmTriangles);
   return std::max(smooth, facts.clutter * kClutteredPdsmError) + kPdsmErrorOfMap * std::pow(k, -kPdsmRate);
 }
+
+double SsmError(const MethodFacts& facts, int sub_lights) {
+  return kSsmErrorOfMap * (1 + kCluttered * facts.clutter) * std::pow(sub_lights, -kSsmRate);
+}
+
+double PcssError(const MethodFacts& facts) { return kPcssError * (1 + kCluttered * facts.clutter); }
+
+double SssmError(const MethodFacts& facts) { return kSssmSmoothError * (1 + kCluttered * facts.clutter); }
 
 PredictedCost CertificateCost(const MethodFacts& facts, const CertifyOptions& certificate) {
   constexpr double kScattered = 4;          // rays to random pixels are no packets

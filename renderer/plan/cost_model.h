@@ -3,7 +3,7 @@
 //
 // CPU milliseconds of all threads on two cores with llvmpipe (README.md: the commands that print what the table was
 // fitted to). Only their ratios decide where no latency is asked for; wall time is theirs times how much slower this
-// machine is (Budget::slowness).
+// machine is (Machine::slowness).
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,8 @@ struct MethodFacts {
   uint64_t lights = 1;
   uint64_t frames = 1;  // with these lights
   bool wants_penumbra_width = false;
+  bool can_certify = true;        // a picture shows the light: rays can measure its error
+  bool has_gpu = false;           // Machine::has_gpu
   bool has_side_windows = false;  // some caster's box stands beside a light: each map is five (light/window.h)
 };
 MethodFacts FactsForMethod(const FlatScene& scene, const Pose& pose, const RenderRequest& request, uint64_t receivers);
@@ -59,7 +61,9 @@ int RaysFor(const MethodFacts& facts, double max_error);  // kFewestRays to kMos
 inline constexpr int kFewestRays = 16, kMostRays = 65536;
 double FilteredRayError(int rays);  // on smooth surfaces
 double PdsmError(const MethodFacts& facts, int k);
-inline constexpr double kSssmError = 0.03;
+double SsmError(const MethodFacts& facts, int sub_lights);
+double PcssError(const MethodFacts& facts);
+double SssmError(const MethodFacts& facts);
 // What a picture is off by, of what its method's samples say (picture_error.h).
 double ErrorOfTold(const MethodOptions& options);
 

@@ -6,10 +6,12 @@
 #include <cstdlib>
 #include <iterator>
 #include <random>
+#include <span>
 #include <string>
 
 #include "renderer/image/compare.h"
 #include "renderer/plan/choose_method.h"
+#include "renderer/status.h"
 #include "tests/support/flat_scene_builder.h"
 #include "tests/support/render_fixture.h"
 #include "tests/support/scene_makers.h"
@@ -18,7 +20,6 @@ namespace halfshade {
 namespace {
 
 constexpr const char* kScenes[] = {"S1", "S2", "S3", "S4", "S5", "S6", "plant", "colonnade"};
-constexpr double kBudgets[] = {0.03, 0.01, 0.005, 0.002};
 
 // HALFSHADE_AUTO_TRIPLES=200 is the run that figures are quoted from: a minute.
 int TripleCount() {
@@ -47,7 +48,6 @@ Triple MakeTriple(int index) {
   for (int axis = 0; axis < 3; ++axis) triple.request.lights[0].center_ws[axis] += uniform(-0.2, 0.2);
   triple.request.camera.eye_ws += glm::dvec3(uniform(-0.1, 0.1), uniform(-0.1, 0.1), uniform(-0.1, 0.1));
   triple.request.outputs = {OutputKind::kVisibility};
-  triple.request.budget.max_error = kBudgets[size_t(index) / std::size(kScenes) % std::size(kBudgets)];
   return triple;
 }
 
@@ -71,35 +71,72 @@ Image FacingMask(const Triple& triple) {
   return RenderVisibility(triple.scene, request);
 }
 
-TEST(AutoTest, ErrorsAreNearWhatIsPredictedAndWithinTheBudget) {
-  const int triples = TripleCount();
-  int near = 0, broken = 0;
+struct Outcome {
+  RenderReport report;
+  double truth = 0, predicted = 0;
+  bool is_near = false, is_broken = false;
+};
+
+// Chosen as of so many receivers, whatever the picture's.
+absl::StatusOr<Outcome> Judge(Triple triple, uint64_t receivers) {
+  triple.request.is_auto = true;
+  ASSIGN_OR_RETURN(const Pose pose, BuildPose(triple.scene, 0, {}));
+  RETURN_IF_ERROR(SettleMethod(triple.scene, pose, receivers, &triple.request));
+  Outcome outcome;
+  const Image tested = RenderVisibility(triple.scene, triple.request, &outcome.report);
+  const Image mask = FacingMask(triple);
+  ASSIGN_OR_RETURN(const ImageError error, Compare(Truth(triple), tested, &mask));
+  outcome.truth = error.mae_shadowed.value_or(0);
+  outcome.predicted = outcome.report.error.predicted.value_or(0);
+  // Below a tenth of a thousandth the reference itself is not known better.
+  outcome.is_near = std::max(outcome.truth, outcome.predicted) < 2e-4 ||
+                    (outcome.predicted <= 2 * outcome.truth && outcome.truth <= 2 * outcome.predicted);
+  outcome.is_broken = outcome.truth > *triple.request.budget.max_error;
+  return outcome;
+}
+
+struct Counts {
+  int near = 0, broken = 0, maps = 0;
+};
+
+// Of triples with budgets of these; prints each.
+Counts CountOutcomes(int triples, std::span<const double> budgets, const Machine& machine, uint64_t receivers) {
+  Counts counts;
   for (int i = 0; i < triples; ++i) {
     Triple triple = MakeTriple(i);
-    triple.request.is_auto = true;
-    auto pose = BuildPose(triple.scene, 0, {});
-    ASSERT_OK(pose);
-    ASSERT_OK(
-        SettleMethod(triple.scene, *pose, uint64_t(triple.request.width) * triple.request.height, &triple.request));
-    RenderReport report;
-    const Image tested = RenderVisibility(triple.scene, triple.request, &report);
-    ASSERT_GT(tested.size(), 0u);
-    const Image mask = FacingMask(triple);
-    const auto error = Compare(Truth(triple), tested, &mask);
-    ASSERT_OK(error);
-    const double truth = error->mae_shadowed.value_or(0), predicted = report.error.predicted.value_or(0);
-    const double budget = *triple.request.budget.max_error;
-    // Below a tenth of a thousandth the reference itself is not known better.
-    const bool is_near = std::max(truth, predicted) < 2e-4 || (predicted <= 2 * truth && truth <= 2 * predicted);
-    near += is_near;
-    broken += truth > budget;
-    std::printf("%3d %-9s %-6s budget %.3f true %.5f predicted %.5f%s%s\n", i, triple.name.c_str(),
-                report.method.c_str(), budget, truth, predicted, is_near ? "" : " FAR",
-                truth > budget ? " BROKEN" : "");
+    triple.request.budget.max_error = budgets[size_t(i) / std::size(kScenes) % budgets.size()];
+    triple.request.budget.machine = machine;
+    const auto outcome = Judge(triple, receivers);
+    EXPECT_OK(outcome) << i;
+    if (!outcome.ok()) continue;
+    const std::string& method = outcome->report.method;
+    counts.near += outcome->is_near;
+    counts.broken += outcome->is_broken;
+    counts.maps += method != "shaft" && method != "ray";
+    std::printf("%3d %-9s %-6s budget %.3f true %.5f predicted %.5f%s%s\n", i, triple.name.c_str(), method.c_str(),
+                *triple.request.budget.max_error, outcome->truth, outcome->predicted, outcome->is_near ? "" : " FAR",
+                outcome->is_broken ? " BROKEN" : "");
   }
-  std::printf("within 2x in %d of %d; budget broken in %d\n", near, triples, broken);
-  EXPECT_GE(near, triples * 19 / 20);
-  EXPECT_LE(broken, triples / 50);
+  std::printf("within 2x in %d of %d; budget broken in %d; %d by maps\n", counts.near, triples, counts.broken,
+              counts.maps);
+  return counts;
+}
+
+TEST(AutoTest, ErrorsAreNearWhatIsPredictedAndWithinTheBudget) {
+  constexpr double kBudgets[] = {0.03, 0.01, 0.005, 0.002};
+  const int triples = TripleCount();
+  const Counts counts = CountOutcomes(triples, kBudgets, {}, 160 * 90);
+  EXPECT_GE(counts.near, triples * 19 / 20);
+  EXPECT_LE(counts.broken, triples / 50);
+}
+
+// What is chosen for a GPU, drawn here. What maps are predicted to be off by is what they may be: a certificate tells.
+TEST(AutoTest, ByMapsAsForAGpuCoarseBudgetsHold) {
+  constexpr double kBudgets[] = {0.06, 0.03, 0.02};
+  const int triples = TripleCount();
+  const Counts counts = CountOutcomes(triples, kBudgets, {.has_gpu = true}, 1920 * 1080);
+  EXPECT_LE(counts.broken, triples / 50);
+  EXPECT_GE(counts.maps, triples / 4);
 }
 
 }  // namespace

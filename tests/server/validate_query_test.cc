@@ -123,6 +123,21 @@ TEST(ValidateQueryTest, ThePointsComeAsTheyAre) {
   EXPECT_EQ(valid->points.normals_ws, std::vector<glm::vec3>({{0, 1, 0}, {0, 0, -1}}));
 }
 
+// Rays measure the error of pictures: what tells none is not chosen for points, and a certificate is none of theirs.
+TEST(ValidateQueryTest, AutoTakesWhatTellsItsError) {
+  Query query = GoodQuery();
+  v1::RenderRequest& request = *query.mutable_request();
+  request.mutable_method()->mutable_auto_();
+  request.mutable_budget()->set_max_error(0.03);
+  request.set_expected_frames(1'000'000);
+  for (const bool has_gpu : {false, true}) {
+    const auto valid = ValidateQuery(query, Scene(), Limits(), {.has_gpu = has_gpu});
+    ASSERT_OK(valid);
+    EXPECT_TRUE(std::holds_alternative<ShaftOptions>(valid->request.method)) << valid->request.method_reason;
+    EXPECT_FALSE(valid->request.certify);
+  }
+}
+
 TEST(ValidateQueryTest, AReplyThatPassesTheBoundIsRefused) {
   Limits limits;
   Query query = GoodQuery();

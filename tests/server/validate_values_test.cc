@@ -155,11 +155,11 @@ TEST(ValidateRenderTest, ALatencyRefusesAMethodThatIsPredictedToBeLate) {
   request.mutable_method()->mutable_multi_map()->set_k(64);
   request.mutable_budget()->mutable_max_latency()->set_seconds(10);
   EXPECT_OK(ValidateRender(request, Scene(), Limits()));
-  EXPECT_THAT(ValidateRender(request, Scene(), Limits(), 60),
+  EXPECT_THAT(ValidateRender(request, Scene(), Limits(), {.slowness = 60}),
               StatusIs(Code::kFailedPrecondition,
                        HasSubstr("budget.max_latency: 10000 ms; the method with these options is predicted to take ")));
   request.mutable_budget()->clear_max_latency();
-  EXPECT_OK(ValidateRender(request, Scene(), Limits(), 60));
+  EXPECT_OK(ValidateRender(request, Scene(), Limits(), {.slowness = 60}));
 }
 
 TEST(ValidateRenderTest, ABudgetOfAMethodThatDoesNotTellItsErrorIsMeasured) {

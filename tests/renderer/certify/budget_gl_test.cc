@@ -77,12 +77,12 @@ TEST_F(DrawnBudgetTest, ItIsDrawnAgainOnlyWhereThatIsToEndInTime) {
   ASSERT_OK(in_time);
   EXPECT_THAT(in_time->report.reason, HasSubstr("ray drawn again at half the error"));
   // A machine on which what is to come takes longer, however quick what was drawn was.
-  request_.budget.slowness = 1e6;
+  request_.budget.machine.slowness = 1e6;
   EXPECT_THAT(Render(), StatusIs(absl::StatusCode::kFailedPrecondition,
                                  AllOf(HasSubstr("budget.max_error: 0.01; the error is 0.0"),
                                        HasSubstr(", by ray, and budget.max_latency leaves no time for better"))));
   // And one that has no time left, though what is to come is predicted to take none.
-  request_.budget.slowness = 0;
+  request_.budget.machine.slowness = 0;
   request_.budget.max_latency_ms = 1e-3;
   EXPECT_THAT(Render(), StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("leaves no time for better")));
   // What keeps its error needs no time for another.

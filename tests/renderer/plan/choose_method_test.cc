@@ -100,7 +100,7 @@ TEST(ChooseMethodTest, ALatencyBuysTheLeastErrorInTime) {
 
 TEST(ChooseMethodTest, AMachineThreeTimesSlowerGetsWhatAThirdOfTheTimeBuysHere) {
   for (const double max_latency_ms : {100.0, 300.0, 1000.0}) {
-    const auto slow = ChooseMethod(Facts(6000), {.max_latency_ms = 3 * max_latency_ms, .slowness = 3});
+    const auto slow = ChooseMethod(Facts(6000), {.max_latency_ms = 3 * max_latency_ms, .machine = {.slowness = 3}});
     const auto here = ChooseMethod(Facts(6000), {.max_latency_ms = max_latency_ms});
     ASSERT_OK(slow);
     ASSERT_OK(here);
@@ -108,13 +108,13 @@ TEST(ChooseMethodTest, AMachineThreeTimesSlowerGetsWhatAThirdOfTheTimeBuysHere) 
     EXPECT_EQ(slow->cpu_ms, here->cpu_ms);
   }
   EXPECT_OK(ChooseMethod(Facts(6000), {.max_latency_ms = 100}));
-  EXPECT_FALSE(ChooseMethod(Facts(6000), {.max_latency_ms = 100, .slowness = 30}).ok());
+  EXPECT_FALSE(ChooseMethod(Facts(6000), {.max_latency_ms = 100, .machine = {.slowness = 30}}).ok());
 }
 
 TEST(ChooseMethodTest, WithAnErrorAloneNoMachineChoosesOtherwise) {
   for (const double max_error : {0.03, 0.002, 0.0003}) {
-    const auto quick = ChooseMethod(Facts(70'000), {.max_error = max_error, .slowness = 0.1});
-    const auto slow = ChooseMethod(Facts(70'000), {.max_error = max_error, .slowness = 50});
+    const auto quick = ChooseMethod(Facts(70'000), {.max_error = max_error, .machine = {.slowness = 0.1}});
+    const auto slow = ChooseMethod(Facts(70'000), {.max_error = max_error, .machine = {.slowness = 50}});
     ASSERT_OK(quick);
     ASSERT_OK(slow);
     EXPECT_EQ(quick->reason, slow->reason);
@@ -145,7 +145,9 @@ TEST(ChooseMethodTest, PenumbraWidthsAreSssms) {
   EXPECT_TRUE(std::holds_alternative<SssmOptions>(choice->options));
   EXPECT_THAT(choice->reason, HasSubstr("PENUMBRA_WIDTH is known to sssm and pcss"));
   EXPECT_THAT(ChooseMethod(facts, {.max_error = 0.01}),
-              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("the least possible is 0.03, by sssm")));
+              StatusIs(absl::StatusCode::kFailedPrecondition, HasSubstr("the least possible is 0.015, by sssm")));
+  MethodOptions options = choice->options;
+  EXPECT_FALSE(MakeMoreExact(facts, 0.02, &options)) << "nothing else knows them";
 }
 
 TEST(ChooseMethodTest, AfterABreachShaftHalvesItsErrorThenRaysTakeOverUntilThereAreNoMore) {
@@ -162,8 +164,6 @@ TEST(ChooseMethodTest, AfterABreachShaftHalvesItsErrorThenRaysTakeOverUntilThere
   }
   EXPECT_LE(rays, 65536);
   EXPECT_GT(rays, 16384);
-  options = HardOptions();
-  EXPECT_FALSE(MakeMoreExact(facts, 0.001, &options));
 }
 
 TEST(ChooseMethodTest, RaysThatTakeAnothersPlaceAreAsManyAsMasksWant) {
@@ -213,10 +213,10 @@ TEST(ChooseMethodTest, WithoutRoomForShaftTheCheapestRaysTakeItsPlace) {
 }
 
 TEST(ChooseMethodTest, UnderALatencyAloneRaysTakeShaftsPlaceForItsErrorAndNoListIsTooLong) {
-  RenderRequest request = RequestForError(0, ShaftOptions{.max_error = 0.02f});
+  RenderRequest request = RequestForError(0, ShaftOptions{.max_error = 0.012f});
   request.budget = {.max_latency_ms = 100};
   ASSERT_TRUE(MakeSmaller(Facts(6000), kDefaultMaxError, &request));
-  EXPECT_GT(std::get<RayOptions>(request.method).max_error, 0.01f);
+  EXPECT_GT(std::get<RayOptions>(request.method).max_error, 0.005f);
   const auto choice = ChooseMethod(Facts(6000), {.max_latency_ms = 100});
   ASSERT_OK(choice);
   EXPECT_EQ(std::get<ShaftOptions>(choice->options).most_polygons, 0u);
@@ -234,6 +234,49 @@ TEST(ChooseMethodTest, FilteredRaysAreForCoarseErrorsOfSmoothSurfaces) {
   EXPECT_TRUE(has_filtered(Facts(70'000), 0.03));
   EXPECT_FALSE(has_filtered(Facts(70'000), 0.01)) << "more than four rays are no cheaper than shaft";
   EXPECT_FALSE(has_filtered(Facts(70'000, 0.9), 0.03)) << "leaves";
+}
+
+bool IsFewMaps(const MethodChoice& choice) {
+  return std::holds_alternative<PcssOptions>(choice.options) || std::holds_alternative<SsmOptions>(choice.options) ||
+         std::holds_alternative<SssmOptions>(choice.options);
+}
+
+TEST(ChooseMethodTest, FewMapsAreForCoarseErrorsWhereAGpuDraws) {
+  MethodFacts facts = Facts(70'000);
+  facts.has_gpu = true;
+  for (const double max_error : {0.1, 0.03, 0.02}) {
+    const auto choice = ChooseMethod(facts, {.max_error = max_error});
+    ASSERT_OK(choice);
+    EXPECT_TRUE(IsFewMaps(*choice)) << max_error << ": " << choice->reason;
+    EXPECT_LT(choice->error, max_error);
+    const auto in_software = ChooseMethod(Facts(70'000), {.max_error = max_error});
+    ASSERT_OK(in_software);
+    EXPECT_FALSE(IsFewMaps(*in_software)) << max_error << ": " << in_software->reason;
+    EXPECT_LT(choice->frame_ms, in_software->frame_ms);
+    MethodOptions broken = choice->options;
+    ASSERT_TRUE(MakeMoreExact(facts, max_error, &broken));
+    EXPECT_FLOAT_EQ(std::get<ShaftOptions>(broken).max_error, float(max_error / 2));
+  }
+  for (const double max_error : {0.01, 0.002}) {
+    EXPECT_FALSE(IsFewMaps(*ChooseMethod(facts, {.max_error = max_error}))) << max_error;
+  }
+  MethodFacts leaves = Facts(70'000, 1);
+  leaves.has_gpu = true;
+  EXPECT_FALSE(IsFewMaps(*ChooseMethod(leaves, {.max_error = 0.02}))) << "finer than their texels";
+  facts.has_side_windows = true;
+  EXPECT_FALSE(IsFewMaps(*ChooseMethod(facts, {.max_error = 0.03})));
+}
+
+TEST(ChooseMethodTest, WhatDoesNotTellItsErrorIsForPicturesThatRaysCanMeasure) {
+  for (const bool has_gpu : {false, true}) {
+    MethodFacts facts = Facts(229'000);
+    facts.has_gpu = has_gpu;
+    facts.frames = 1'000'000;
+    EXPECT_GT(MethodCandidates(facts, 0.03).size(), 3u);
+    facts.can_certify = false;
+    const std::vector<MethodChoice> candidates = MethodCandidates(facts, 0.03);
+    EXPECT_EQ(candidates.size(), 2u) << "shaft and rays";
+  }
 }
 
 TEST(ChooseMethodTest, ShaftIsBoundByWhatRaysWouldTake) {

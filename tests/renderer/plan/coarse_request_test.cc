@@ -51,6 +51,27 @@ TEST_F(CoarseRequestTest, AQuarterThenAHalfOfTheSizeAtCoarserErrorsAndWithoutBud
   }
 }
 
+// Shaft's shape of it is much of the whole's time.
+TEST(CoarseRequestOfADenseMeshTest, TheFirstIsByRaysWhoseHierarchyIsThereSooner) {
+  const FlatScene scene = MakeFlatScene({MakeSphere({0, 1, 0}, 1, 300)});
+  const Pose pose = *BuildPose(scene, 0);
+  RenderRequest request;
+  request.lights.resize(1);
+  request.lights[0].center_ws = {0, 5, 0};
+  request.lights[0].axis_v_ws = {0, 0, -1};
+  request.lights[0].normal_ws = {0, -1, 0};
+  request.outputs = {OutputKind::kVisibility};
+  request.is_auto = true;
+  request.budget.max_error = 0.002;
+  ASSERT_OK(SettleMethod(scene, pose, ReceiverCount(request), &request));
+  const std::vector<RenderRequest> coarse = PlanCoarseRequests(scene, pose, request);
+  ASSERT_EQ(coarse.size(), 2u);
+  EXPECT_TRUE(std::holds_alternative<RayOptions>(coarse[0].method)) << coarse[0].method_reason;
+  EXPECT_FALSE(coarse[0].certify);
+  EXPECT_TRUE(std::holds_alternative<ShaftOptions>(coarse[1].method)) << "whose shape the whole needs as well";
+  EXPECT_LT(*coarse[0].predicted_cpu_ms, 0.2 * *request.predicted_cpu_ms);
+}
+
 TEST_F(CoarseRequestTest, APictureThatIsAsSoonThereHasNone) {
   request_.width = request_.height = 64;
   Settle();
