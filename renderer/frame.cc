@@ -11,7 +11,7 @@
 #include "renderer/light_layers.h"
 #include "renderer/math/camera.h"
 #include "renderer/passes.h"
-#include "renderer/picture_error.h"
+#include "renderer/light/picture_error.h"
 #include "renderer/plan/choose_method.h"
 #include "renderer/plan/cost_model.h"
 #include "renderer/scene/pose.h"

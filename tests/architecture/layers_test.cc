@@ -66,7 +66,6 @@ const std::vector<Room> kRooms = {
     {"renderer/certify.", {"renderer/image/image.h", "renderer/light/", "renderer/scene/ray_scene.h"}},
     {"renderer/light_layers.", {"renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},
     {"renderer/passes.", {"renderer/gl/"}},
-    {"renderer/picture_error.", {"renderer/image/image.h", "renderer/light/cpu_receivers.h"}},
     {"renderer/prepare_light.",
      {"renderer/gl/", "renderer/light/", "renderer/plan/", "renderer/scene/", "renderer/shadow/shadow_method.h"}},
     {"renderer/query.", {"renderer/light/", "renderer/shadow/shadow_method.h", "renderer/shadow/finish_visibility.h"}},

@@ -8,6 +8,7 @@
 
 #include "renderer/light/cpu_occluders.h"
 #include "renderer/light/parallel_for.h"
+#include "renderer/light/picture_error.h"
 #include "renderer/shadow/shaft/resolve_tile.h"
 #include "renderer/shadow/shaft/sparse.h"
 #include "renderer/status.h"
@@ -165,8 +166,16 @@ class Resolve {
     // Every column and row of tiles has its share: 11 is prime to all but itself. Of small pictures more than a 16th is
     // taken.
     sampled_ = filler.count() / every;
-    RETURN_IF_ERROR(ParallelFor(
-        sampled_, 1, [&](int i) { ResolveTileOf(filler, SampledTile(i, every), kFewestRows); }, stop_));
+    const bool is_cluttered =
+        std::any_of(data_.masks.begin(), data_.masks.end(), [](const RayMask& mask) { return !mask.is_blend(); });
+    const bool reads_picture = !is_cluttered && !receivers_.ArePoints();
+    std::vector<PictureError> of_tiles(reads_picture ? size_t(sampled_) : 0);
+    const auto sample = [&](int i) {
+      const int tile = SampledTile(i, every);
+      ResolveTileOf(filler, tile, kFewestRows);
+      if (reads_picture) of_tiles[size_t(i)] = ErrorOfTile(tile);
+    };
+    RETURN_IF_ERROR(ParallelFor(sampled_, 1, sample, stop_));
     double sum = 0, sum_of_coins = 0;
     uint64_t count = 0;
     for (size_t i = 0; i < hidden_.size(); ++i) {
@@ -175,15 +184,18 @@ class Resolve {
       if (!coin_errors_.empty()) sum_of_coins += coin_errors_[i];
       ++count;
     }
-    const bool is_cluttered =
-        std::any_of(data_.masks.begin(), data_.masks.end(), [](const RayMask& mask) { return !mask.is_blend(); });
-    const double of_coins = count == 0 ? 0 : sum_of_coins / double(count);
-    const double of_edges =
-        count == 0 ? 0 : (sum - sum_of_coins) / double(count) / (is_cluttered ? 1 : kExcessOfFewestRows);
+    if (reads_picture) {
+      sum = 0;
+      for (const PictureError& of_tile : of_tiles) sum += kErrorOfTold * of_tile.sum;
+    }
+    const double each = 1 / double(std::max<uint64_t>(count, 1));
+    const double of_coins = std::min(sum, sum_of_coins) * each, of_edges = sum * each - of_coins;
     const auto error_of = [&](int rows) {
       const double more = double(rows) / kFewestRows;
-      return of_edges * std::pow(more, is_cluttered ? -kErrorRateOfLeaves : -kErrorRate) +
-             of_coins * std::pow(more, -kErrorRateOfCoins);
+      const double edges = is_cluttered         ? std::pow(more, -kErrorRateOfLeaves)
+                           : rows > kFewestRows ? kErrorOfTwiceTheRows * 2 / more
+                                                : 1;
+      return of_edges * edges + of_coins * std::pow(more, -kErrorRateOfCoins);
     };
     while (rows_ < kMostRowsChosen && error_of(rows_) > options_.max_error) rows_ *= 2;
     if (error_of(kFewestRows) * kGrowthOfCoarseRows <= options_.max_error) rows_ = kCoarseRows;
@@ -203,19 +215,43 @@ class Resolve {
     return absl::OkStatus();
   }
 
+  // Of a tile of pixels that was resolved.
+  PictureError ErrorOfTile(int tile) const {
+    constexpr int kSide = 16;
+    const int tiles_across = (receivers_.width + kSide - 1) / kSide;
+    const int left = tile % tiles_across * kSide, top = tile / tiles_across * kSide;
+    Image visibility_and_share(kSide, kSide, 2);
+    std::vector<float> errors(size_t(kSide) * kSide, 0);
+    CpuReceivers pixels;
+    pixels.width = pixels.height = kSide;
+    pixels.planes.resize(errors.size());
+    for (int y = 0; y < std::min(kSide, receivers_.height - top); ++y) {
+      for (int x = 0; x < std::min(kSide, receivers_.width - left); ++x) {
+        const size_t from = size_t(top + y) * size_t(receivers_.width) + size_t(left + x), to = size_t(y * kSide + x);
+        if (errors_[from] < 0) continue;
+        visibility_and_share.at(x, y, 0) = 1 - hidden_[from];
+        visibility_and_share.at(x, y, 1) = 1;
+        errors[to] = errors_[from];
+        pixels.planes[to] = receivers_.planes[from];
+      }
+    }
+    return ExpectPictureError(visibility_and_share, errors, &pixels);
+  }
+
   static int SampledTile(int i, int every) { return i * every + i * 11 % every; }
   bool IsKept(int tile) const {
     return kept_every_ > 0 && tile / kept_every_ < sampled_ && tile == SampledTile(tile / kept_every_, kept_every_);
   }
 
-  // Of the estimate of so few rows: 1.2 to 3.4 times the truth on the scenes of auto_gl_test; 1 where there are masks.
-  static constexpr double kExcessOfFewestRows = 1.4;
+  // What a picture is off by, of what its samples say (plan/cost_model.h).
+  static constexpr double kErrorOfTold = 0.85;
   static constexpr int kFewestRows = 8, kMostRowsChosen = 64, kRowsOfFewReceivers = 16;
   // For coarse errors; no option of its own. Between 8 and 4 rows errors grow by 2.3 to 2.7.
   static constexpr int kCoarseRows = 4;
   static constexpr double kGrowthOfCoarseRows = 2.8;
-  // Rows that double divide the error by 2^rate; where there are masks by less (trees_masked .0090, .0051, .0033).
-  static constexpr double kErrorRate = 1, kErrorRateOfLeaves = 0.75, kErrorRateOfCoins = 0.5;
+  // Of 8 rows, what 16 are off by; from there on rows that double halve it. Where there are masks, and of coins, they
+  // divide it by 2^rate (trees_masked .0090, .0051, .0033).
+  static constexpr double kErrorOfTwiceTheRows = 0.44, kErrorRateOfLeaves = 0.75, kErrorRateOfCoins = 0.5;
 
   const ShaftLightData& data_;
   const CpuReceivers& receivers_;

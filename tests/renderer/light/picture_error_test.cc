@@ -1,4 +1,4 @@
-#include "renderer/picture_error.h"
+#include "renderer/light/picture_error.h"
 
 #include <gtest/gtest.h>
 
