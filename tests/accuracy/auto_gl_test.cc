@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <iterator>
@@ -59,16 +60,16 @@ Image Truth(const Triple& triple) {
   return RenderVisibility(triple.scene, request);
 }
 
-Image FacingMask(const Triple& triple) {
-  RenderRequest request = triple.request;
+// 1 where something is drawn that faces part of the light.
+Image FacingMask(const FlatScene& scene, RenderRequest request) {
   request.budget = {};
   request.method = RayOptions{.rays = 1};
-  for (uint32_t node = 0; node < triple.scene.nodes.size(); ++node) {
+  for (uint32_t node = 0; node < scene.nodes.size(); ++node) {
     NodeOverride& change = request.node_overrides.emplace_back();
     change.node = node;
     change.casts = false;
   }
-  return RenderVisibility(triple.scene, request);
+  return RenderVisibility(scene, request);
 }
 
 struct Outcome {
@@ -84,7 +85,7 @@ absl::StatusOr<Outcome> Judge(Triple triple, uint64_t receivers) {
   RETURN_IF_ERROR(SettleMethod(triple.scene, pose, receivers, &triple.request));
   Outcome outcome;
   const Image tested = RenderVisibility(triple.scene, triple.request, &outcome.report);
-  const Image mask = FacingMask(triple);
+  const Image mask = FacingMask(triple.scene, triple.request);
   ASSIGN_OR_RETURN(const ImageError error, Compare(Truth(triple), tested, &mask));
   outcome.truth = error.mae_shadowed.value_or(0);
   outcome.predicted = outcome.report.error.predicted.value_or(0);
@@ -137,6 +138,64 @@ TEST(AutoTest, ByMapsAsForAGpuCoarseBudgetsHold) {
   const Counts counts = CountOutcomes(triples, kBudgets, {.has_gpu = true}, 1920 * 1080);
   EXPECT_LE(counts.broken, triples / 50);
   EXPECT_GE(counts.maps, triples / 4);
+}
+
+constexpr float kCertain = 1.0f / 512;  // from light or umbra: what a method calls so
+constexpr float kClear = 0.02f;         // what rays must see of the other to call it wrong: three times their error
+constexpr int kRays = 2048;
+
+struct Claims {
+  uint64_t pixels = 0;  // of light, or of umbra
+  uint64_t wrong = 0;
+  double WrongShare() const { return pixels == 0 ? 0 : double(wrong) / double(pixels); }
+};
+
+struct Verdict {
+  Claims lit, umbra;
+};
+
+Verdict JudgeClaims(const Image& tested, const Image& truth, const Image& facing) {
+  Verdict verdict;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    if (facing.data()[i] <= 0) continue;
+    const float v = tested.data()[i], true_v = truth.data()[i];
+    if (v >= 1 - kCertain) {
+      ++verdict.lit.pixels;
+      verdict.lit.wrong += true_v < 1 - kClear;
+    } else if (v <= kCertain) {
+      ++verdict.umbra.pixels;
+      verdict.umbra.wrong += true_v > kClear;
+    }
+  }
+  return verdict;
+}
+
+// Why AUTO tells tiles by shafts, and takes no map's word without a certificate.
+TEST(AutoTest, OneMapIsWrongAboutLitAndUmbraWhereShaftsAreNot) {
+  for (const char* name : {"S1", "S2", "S3", "S4", "S5", "S6", "plant", "colonnade"}) {
+    for (const double light_share : {0.05, 0.2, 0.5}) {
+      const MadeScene made =
+          MakeScene(name, {.triangles = std::string(name) == "S6" ? 8000u : 0u, .light_share = light_share});
+      const FlatScene scene = MakeFlatScene(made.meshes);
+      RenderRequest request = RequestFor(made);
+      request.width = 160;
+      request.height = 90;
+      const auto render = [&](const MethodOptions& method) {
+        request.method = method;
+        return RenderVisibility(scene, request);
+      };
+      const Image facing = FacingMask(scene, request);
+      const Image truth = render(RayOptions{.rays = kRays});
+      const Verdict shaft = JudgeClaims(render(ShaftOptions{.rows = 64}), truth, facing);
+      const Verdict map = JudgeClaims(render(PcssOptions{.blocker_taps = 29, .filter_taps = 41}), truth, facing);
+      std::printf(
+          "%-9s light %.2f: called lit and not %.2f %% (shaft %.3f %%), umbra and not %.2f %% (shaft %.3f %%)\n", name,
+          light_share, 100 * map.lit.WrongShare(), 100 * shaft.lit.WrongShare(), 100 * map.umbra.WrongShare(),
+          100 * shaft.umbra.WrongShare());
+      EXPECT_EQ(shaft.lit.wrong, 0u) << name << " " << light_share;
+      EXPECT_LE(shaft.umbra.WrongShare(), 0.001) << name << " " << light_share;
+    }
+  }
 }
 
 }  // namespace
