@@ -96,6 +96,33 @@ TEST(ShaftReportTest, RowsThatAreLeftOpenAreTheFewestThatMeetTheError) {
   EXPECT_EQ(last, "64");
 }
 
+// Half of them are told to be off by more, and what is chosen is told to be off by less: the sample is judged as the
+// picture is.
+TEST(ShaftReportTest, RowsThatAreLeftOpenAreThoseThatThePictureIsToldBy) {
+  for (const char* name : {"S2", "S6"}) {
+    const MadeScene made = MakeScene(name, {.triangles = 8000, .light_share = 0.3});
+    const FlatScene scene = MakeFlatScene(made.meshes);
+    RenderRequest request = RequestFor(made);
+    request.width = 320;
+    request.height = 180;
+    for (const float max_error : {0.004f, 0.0016f, 0.0008f}) {
+      RenderReport report;
+      const auto told = [&](int rows) {
+        request.method = ShaftOptions{.rows = rows, .max_error = max_error};
+        RenderVisibility(scene, request, &report);
+        return report.error.predicted.value_or(1);
+      };
+      const double chosen = told(0);
+      const int rows = std::stoi(RowsOf(report));
+      std::printf("%s, %g: %d rows, told %.5f\n", name, double(max_error), rows, chosen);
+      EXPECT_LE(chosen, 1.15 * double(max_error)) << "of all tiles, not of a sample";
+      if (rows >= 16) {
+        EXPECT_GT(told(rows / 2), 0.8 * double(max_error)) << name << " " << rows;
+      }
+    }
+  }
+}
+
 // As a server settles it: by name, rows left open, with a budget.
 absl::StatusOr<RenderResult> RenderSettled(const FlatScene& scene, RenderRequest request, double max_error, int rows) {
   request.method = ShaftOptions{.rows = rows};
