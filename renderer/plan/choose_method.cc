@@ -67,16 +67,16 @@ MethodChoice Certified(const MethodFacts& facts, MethodChoice choice) {
 std::optional<MethodChoice> FilteredRay(const MethodFacts& facts, double max_error) {
   constexpr double kMostClutter = 0.25;
   // Fewer are seen as steps; more are no cheaper than shaft.
-  constexpr RayOptions rays = {.rays = 4, .is_filtered = true};
-  const double error = FilteredRayError(rays.rays);
+  constexpr RayOptions kRays = {.rays = 4, .is_filtered = true};
+  const double error = FilteredRayError(kRays.rays);
   if (facts.clutter > kMostClutter || error > Wanted(max_error)) return std::nullopt;
-  return Certified(facts, MakeChoice(facts, "filtered ray", rays, error));
+  return Certified(facts, MakeChoice(facts, "filtered ray", kRays, error));
 }
 
 // What its light data cost is paid back by many frames.
 MethodChoice Pdsm(const MethodFacts& facts) {
-  constexpr PdsmOptions options = {.k = 256};  // fewer show their steps, however small their mean error
-  return Certified(facts, MakeChoice(facts, "pdsm", options, PdsmError(facts, options.k)));
+  constexpr PdsmOptions kOptions = {.k = 256};  // fewer show their steps, however small their mean error
+  return Certified(facts, MakeChoice(facts, "pdsm", kOptions, PdsmError(facts, kOptions.k)));
 }
 
 constexpr PcssOptions kPcss = {.blocker_taps = 11, .filter_taps = 21};

@@ -60,9 +60,9 @@ constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much le
 // leaves a thousandth of the pixels are off by half.
 constexpr double kPdsmErrorOfMap = 0.1, kPdsmRate = 0.7;
 constexpr double kPdsmErrorOfTexels = 0.002, kPdsmTriangles = 40'000, kClutteredPdsmError = 0.05;
-// Those of maps fall with the sub-lights along an edge; leaves are finer than texels.
-constexpr double kSsmErrorOfMap = 0.026, kCluttered = 1, kSsmRate = 1.2;
-constexpr double kPcssError = 0.028, kSssmSmoothError = 0.015;
+// Those of maps fall with the sub-lights along an edge. Leaves are finer than texels, most of all where masks cut them.
+constexpr double kSsmErrorOfMap = 0.026, kSsmRate = 1.2, kPcssError = 0.028, kSssmError = 0.015;
+constexpr double kCluttered = 2, kMaskedMaps = 1.5;
 // Of BLEND samples are coin tosses (scene/blend.h): mean |error| of one, sqrt(2 / pi) times the mean of sqrt(a (1 - a))
 // over all a, pi / 8.
 constexpr double kBlendNoise = 0.313;
@@ -157,6 +157,10 @@ bool StandsBeside(const AreaLight& light, const Box3d& box) {
 }
 
 double Clutter(const MethodFacts& facts, double most) { return 1 + (most - 1) * facts.masked_share; }
+
+double MapsClutter(const MethodFacts& facts) {
+  return (1 + (kCluttered - 1) * facts.clutter) * Clutter(facts, kMaskedMaps);
+}
 
 double BlendNoise(const MethodFacts& facts, double samples) {
   return facts.blend_share * kBlendNoise / std::sqrt(samples);
@@ -269,12 +273,12 @@ double PdsmError(const MethodFacts& facts, int k) {
 }
 
 double SsmError(const MethodFacts& facts, int sub_lights) {
-  return kSsmErrorOfMap * (1 + kCluttered * facts.clutter) * std::pow(sub_lights, -kSsmRate);
+  return kSsmErrorOfMap * MapsClutter(facts) * std::pow(sub_lights, -kSsmRate);
 }
 
-double PcssError(const MethodFacts& facts) { return kPcssError * (1 + kCluttered * facts.clutter); }
+double PcssError(const MethodFacts& facts) { return kPcssError * MapsClutter(facts); }
 
-double SssmError(const MethodFacts& facts) { return kSssmSmoothError * (1 + kCluttered * facts.clutter); }
+double SssmError(const MethodFacts& facts) { return kSssmError * MapsClutter(facts); }
 
 PredictedCost CertificateCost(const MethodFacts& facts, const CertifyOptions& certificate) {
   constexpr double kScattered = 4;          // rays to random pixels are no packets

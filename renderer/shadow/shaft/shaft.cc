@@ -198,7 +198,8 @@ class Resolve {
       return of_edges * edges + of_coins * std::pow(more, -kErrorRateOfCoins);
     };
     while (rows_ < kMostRowsChosen && error_of(rows_) > options_.max_error) rows_ *= 2;
-    if (error_of(kFewestRows) * kGrowthOfCoarseRows <= options_.max_error) rows_ = kCoarseRows;
+    const double growth = is_cluttered ? kGrowthOfCoarseRowsOfLeaves : kGrowthOfCoarseRows;
+    if (error_of(kFewestRows) * growth <= options_.max_error) rows_ = kCoarseRows;
     if (const uint64_t polygons = drawn_ * uint64_t(every);
         !receivers_.ArePoints() && options_.most_polygons > 0 && polygons > options_.most_polygons) {
       return absl::ResourceExhaustedError("shaft: lists of about " + std::to_string(polygons) + " polygons, and over " +
@@ -227,7 +228,7 @@ class Resolve {
     pixels.planes.resize(errors.size());
     for (int y = 0; y < std::min(kSide, receivers_.height - top); ++y) {
       for (int x = 0; x < std::min(kSide, receivers_.width - left); ++x) {
-        const size_t from = size_t(top + y) * size_t(receivers_.width) + size_t(left + x), to = size_t(y * kSide + x);
+        const size_t from = (size_t(top) + y) * size_t(receivers_.width) + size_t(left) + x, to = size_t(kSide) * y + x;
         if (errors_[from] < 0) continue;
         visibility_and_share.at(x, y, 0) = 1 - hidden_[from];
         visibility_and_share.at(x, y, 1) = 1;
@@ -246,9 +247,9 @@ class Resolve {
   // What a picture is off by, of what its samples say (plan/cost_model.h).
   static constexpr double kErrorOfTold = 0.85;
   static constexpr int kFewestRows = 8, kMostRowsChosen = 64, kRowsOfFewReceivers = 16;
-  // For coarse errors; no option of its own. Between 8 and 4 rows errors grow by 2.3 to 2.7.
+  // For coarse errors; no option of its own. Between 8 and 4 rows errors grow by 2.3 to 2.7, of leaves by less.
   static constexpr int kCoarseRows = 4;
-  static constexpr double kGrowthOfCoarseRows = 2.8;
+  static constexpr double kGrowthOfCoarseRows = 2.8, kGrowthOfCoarseRowsOfLeaves = 2.2;
   // Of 8 rows, what 16 are off by; from there on rows that double halve it. Where there are masks, and of coins, they
   // divide it by 2^rate (trees_masked .0090, .0051, .0033).
   static constexpr double kErrorOfTwiceTheRows = 0.44, kErrorRateOfLeaves = 0.75, kErrorRateOfCoins = 0.5;
