@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 
 #include "renderer/math/camera.h"
@@ -165,6 +166,7 @@ bool TileFiller::Fill(int index, Tile* tile) const {
   const int block_height = Tile::kLanes / block_width_, blocks_across = tile_width_ / block_width_;
   tile->size_m = 0;
   tile->is_loose = false;
+  PlaneInLight last = ToLight(glm::vec4(0));
   for (int block = 0; block < Tile::kBlocks; ++block) {
     tile->active[block] = tile->cut[block] = 0;
     tile->block_hash[block] = uint32_t(Hash(~seed_, uint32_t(index * Tile::kBlocks + block)) >> 32);
@@ -179,7 +181,7 @@ bool TileFiller::Fill(int index, Tile* tile) const {
       const size_t receiver = size_t(y) * receivers_.width + x;
       const int i = block * Tile::kLanes + lane;
       const glm::dvec2 ndc(2 * (x + 0.5) / receivers_.width - 1, 1 - 2 * (y + 0.5) / receivers_.height);
-      if (!receivers_.IsReceiving(receiver) || !FillLane(i, receiver, ndc, tile)) continue;
+      if (!receivers_.IsReceiving(receiver) || !FillLane(i, receiver, ndc, &last, tile)) continue;
       tile->active[block] |= 1u << lane;
       const float low = tile->up[i] + std::min(tile->up_x[i], 0.0f) + std::min(tile->up_y[i], 0.0f);
       if (!(low > 0)) tile->cut[block] |= 1u << lane;
@@ -188,9 +190,22 @@ bool TileFiller::Fill(int index, Tile* tile) const {
   return FinishLanes(tile);
 }
 
-bool TileFiller::FillLane(int lane, size_t receiver, const glm::dvec2& ndc, Tile* tile) const {
-  const glm::dvec4 plane(receivers_.planes[receiver]);
-  const glm::dvec3 normal = light_from_world_ * glm::dvec3(plane);
+TileFiller::PlaneInLight TileFiller::ToLight(const glm::vec4& plane) const {
+  PlaneInLight in_light;
+  in_light.plane = plane;
+  in_light.normal = light_from_world_ * glm::dvec3(plane);
+  in_light.normal_in_shaft = space_.NormalFromLight(in_light.normal);
+  in_light.middle = -(double(plane.w) + glm::dot(in_light.normal, eye_ls_));
+  in_light.up = glm::dvec2(in_light.normal) * edges_;
+  return in_light;
+}
+
+bool TileFiller::FillLane(int lane, size_t receiver, const glm::dvec2& ndc, PlaneInLight* last, Tile* tile) const {
+  if (std::memcmp(&last->plane, &receivers_.planes[receiver], sizeof(glm::vec4)) != 0) {
+    *last = ToLight(receivers_.planes[receiver]);
+  }
+  const PlaneInLight& plane = *last;
+  if (!(plane.middle + (std::abs(plane.up.x) + std::abs(plane.up.y)) / 2 > 0)) return false;
   glm::dvec3 from_eye;
   if (receivers_.ArePoints()) {
     from_eye = light_from_world_ * glm::dvec3(receivers_.points[receiver]);
@@ -199,31 +214,27 @@ bool TileFiller::FillLane(int lane, size_t receiver, const glm::dvec2& ndc, Tile
     const glm::dvec3 across = ray_from_ndc_[0] * ndc.x + ray_from_ndc_[1] * ndc.y;
     const glm::dvec3 origin = is_orthographic ? across : glm::dvec3(0);
     const glm::dvec3 ray = is_orthographic ? ray_from_ndc_[2] : across + ray_from_ndc_[2];
-    from_eye = origin + ray * ((plane.w - glm::dot(normal, origin)) / glm::dot(normal, ray));
+    from_eye = origin + ray * ((double(plane.plane.w) - glm::dot(plane.normal, origin)) / glm::dot(plane.normal, ray));
   }
   const glm::dvec3 position = from_eye + eye_ls_;
   if (!(position.z > 0)) return false;
-  const double middle = -(plane.w + glm::dot(normal, eye_ls_));  // of the light, above the plane
-  const double up_x = normal.x * edges_.x, up_y = normal.y * edges_.y;
-  if (!(middle + (std::abs(up_x) + std::abs(up_y)) / 2 > 0)) return false;
 
   const glm::vec3 in_shaft(space_.FromLight(position));
-  const glm::dvec3 normal_in_shaft = space_.NormalFromLight(normal);
   tile->x[lane] = in_shaft.x;
   tile->y[lane] = in_shaft.y;
   tile->z[lane] = in_shaft.z;
-  tile->normal_x[lane] = float(normal_in_shaft.x);
-  tile->normal_y[lane] = float(normal_in_shaft.y);
-  tile->normal_z[lane] = float(normal_in_shaft.z);
+  tile->normal_x[lane] = float(plane.normal_in_shaft.x);
+  tile->normal_y[lane] = float(plane.normal_in_shaft.y);
+  tile->normal_z[lane] = float(plane.normal_in_shaft.z);
   // Of (0.5, 0.5, 0), the light's middle.
-  tile->offset[lane] = float((normal_in_shaft.x + normal_in_shaft.y) / 2 - middle);
-  tile->up_x[lane] = float(up_x);
-  tile->up_y[lane] = float(up_y);
-  tile->up[lane] = float(middle - (up_x + up_y) / 2);
+  tile->offset[lane] = float((plane.normal_in_shaft.x + plane.normal_in_shaft.y) / 2 - plane.middle);
+  tile->up_x[lane] = float(plane.up.x);
+  tile->up_y[lane] = float(plane.up.y);
+  tile->up[lane] = float(plane.middle - (plane.up.x + plane.up.y) / 2);
   const auto size = float(Size(position));
   tile->error_m[lane] = float(kFourUlps * (double(size) + glm::length(from_eye)));
   tile->size_m = std::max(tile->size_m, size);
-  tile->is_loose = tile->is_loose || normal == glm::dvec3(0);
+  tile->is_loose = tile->is_loose || plane.normal == glm::dvec3(0);
   const uint64_t hash = Hash(seed_, uint32_t(receiver));
   tile->shift_x[lane] = Fraction(hash);
   tile->shift_y[lane] = Fraction(hash >> 32);

@@ -55,7 +55,15 @@ class TileFiller {
   bool Fill(int index, Tile* tile) const;
 
  private:
-  bool FillLane(int lane, size_t receiver, const glm::dvec2& ndc, Tile* tile) const;
+  // A receiver's plane in light space and in shaft space; neighbours share it.
+  struct PlaneInLight {
+    glm::vec4 plane{0};  // CpuReceivers::planes
+    glm::dvec3 normal{0}, normal_in_shaft{0};
+    double middle = 0;  // of the light, above the plane
+    glm::dvec2 up{0};   // of the light's edges
+  };
+  PlaneInLight ToLight(const glm::vec4& plane) const;
+  bool FillLane(int lane, size_t receiver, const glm::dvec2& ndc, PlaneInLight* last, Tile* tile) const;
 
   const CpuReceivers& receivers_;
   ShaftSpace space_;
