@@ -92,10 +92,11 @@ class Passes {
         {"blur_columns", &Passes::BlurColumns}};
     steps->resize(std::size(kSteps));
     for (size_t i = 0; i < std::size(kSteps); ++i) {
+      const auto& [name, draw] = kSteps[i];  // UBSan of GCC 12 takes an indexed member pointer for out of bounds
       PassReport& step = (*steps)[i];
-      step.name = kSteps[i].first;
+      step.name = name;
       const Stopwatch stopwatch;
-      RETURN_IF_ERROR((this->*kSteps[i].second)());
+      RETURN_IF_ERROR((this->*draw)());
       RETURN_IF_ERROR(draw_.pacer->Finish());
       step.ms += stopwatch.Milliseconds();
       step.count += i == 0 ? 0 : i == 1 ? not_lit_.size() : undecided_.size();

@@ -19,7 +19,7 @@ TEST(CalibrateTest, TellsAMachinesPaceAndLeavesNothingBehind) {
   ASSERT_OK(slowness);
   std::printf("slowness %.3f\n", *slowness);
   EXPECT_GT(*slowness, 1.0 / 16) << "nothing draws it in a third of a millisecond";
-  EXPECT_LT(*slowness, 64);
+  EXPECT_LE(*slowness, 64) << "which sanitizers reach";
   EXPECT_EQ(bytes(), before);
 }
 
