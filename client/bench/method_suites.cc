@@ -311,12 +311,11 @@ absl::StatusOr<Suite> MakeShaftSuite(const std::vector<std::string>& methods, co
 
 absl::StatusOr<Suite> MakeAutoSuite(const std::vector<std::string>& methods, const std::string& scene_folder) {
   Suite suite;
-  for (const char* scene : {"S2", "S5"}) {
-    for (const double share : {0.05, 0.2, 0.5}) suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
-  }
-  for (const char* scene : {"S1", "S3", "S4", "S6", "S7"}) {
-    suite.cases.push_back(MakeCase({.scene = scene}));
-    suite.cases.back().is_dense = std::string(scene) >= "S6";
+  for (const char* scene : {"S1", "S2", "S3", "S4", "S5", "S6", "S7"}) {
+    for (const double share : {0.05, 0.2, 0.5}) {
+      suite.cases.push_back(MakeCase({.scene = scene, .light_share = share}));
+      suite.cases.back().is_dense = std::string(scene) >= "S6";
+    }
   }
   ASSIGN_OR_RETURN(const std::vector<Case> real, RealCases(scene_folder));
   suite.cases.insert(suite.cases.end(), real.begin(), real.end());
@@ -344,7 +343,7 @@ absl::StatusOr<Suite> MakeAutoSuite(const std::vector<std::string>& methods, con
     suite.sequences.push_back(OrbitCamera(each, 60));
     suite.replies.push_back(each);
   }
-  suite.effort = {.repetitions = 7, .reference_rays = 2048, .measures_warm = false};
+  suite.effort = {.repetitions = 5, .reference_rays = 2048, .measures_warm = false};
   suite.judged = "auto";
   return suite;
 }
