@@ -47,7 +47,7 @@ struct RenderPlant {
   CallLog* log = nullptr;
   Limits limits;
   std::chrono::milliseconds stream_stall{30000};  // a reader that takes nothing for so long is dropped
-  Machine machine;                                // of all contexts: the slowest's
+  Machine machine;                                // GlWorkerPool::machine
   std::atomic<bool> is_stopping{false};           // renders under way give up
   std::atomic<uint64_t> renders_ok{0};
   std::atomic<uint64_t> renders_failed{0};

@@ -34,9 +34,9 @@ constexpr double kRayAdaptiveShare = 0.2;  // of the rays of every receiver: pen
 constexpr double kRaysUntil = 52, kRaysUntilRate = 0.43, kClutteredRaysUntil = 500, kClutteredRaysUntilRate = 0.86;
 // A map: its triangles, its texels, and a receiver that asks it.
 constexpr double kMapPerTriangle = 2e-4, kMapPerTexel = 1e-6, kMapPerReceiver = 2.8e-5;
+constexpr double kPyramidPerTexel = 1.5e-5;  // of a map's, for PCSS and SSSM
 constexpr double kViewsInRooms = 5;
 constexpr double kPcssPerTap = 5e-7;      // of the two squares of taps, with the skip
-constexpr double kPcssPerTexel = 1.5e-5;  // of its pyramid
 constexpr double kSssmPerTap = 2.4e-6;    // of the four rows of taps, of each cell
 constexpr double kSsmPerTriangle = 8e-4;  // beside the map's, of finer texels
 constexpr double kSsmPerPatch = 1.2e-5, kSsmPerReceiver = 3e-5;
@@ -52,7 +52,7 @@ constexpr int kMostRows = 64;
 constexpr double kRayErrorOfRay = 0.2, kRayRate = 0.7;
 constexpr double kFilteredErrorOfRay = 0.024, kFilteredRate = 0.45;
 // Fitted to 200 scenes, lights and cameras at random (tests/accuracy/auto_gl_test), held against 200 others.
-constexpr double kShaftErrorOfTold = 0.85, kFilteredErrorOfTold = 0.8;
+constexpr double kShaftErrorOfTold = 0.85, kFilteredErrorOfTold = 0.8;  // the first in shadow/shaft/shaft.cc too
 // Where all is masked, leaves upon leaves, they are so many times as large.
 constexpr double kClutteredRows = 2.2, kClutteredRays = 1.6;
 constexpr double kClutteredRate = 0.25;  // and fall with the rows by so much less
@@ -110,13 +110,14 @@ struct CostOf {
   }
   LightCost operator()(const PcssOptions& pcss) const {
     LightCost cost = MapsCost(facts, 1, pcss.map_size);
-    cost.data += OnGl(facts, Squared(pcss.map_size) * kPcssPerTexel);
+    cost.data += OnGl(facts, Squared(pcss.map_size) * kPyramidPerTexel);
     cost.per_receiver += OnGl(facts, kPcssPerTap * (Squared(pcss.blocker_taps) + Squared(pcss.filter_taps)));
     return cost;
   }
   LightCost operator()(const SssmOptions& sssm) const {
     const double cells = Squared(sssm.sub_lights);
     LightCost cost = MapsCost(facts, cells, sssm.map_size);
+    cost.data += OnGl(facts, cells * Squared(sssm.map_size) * kPyramidPerTexel);
     cost.per_receiver += OnGl(facts, cells * kSssmPerTap * 2 * (sssm.blocker_taps + sssm.filter_taps));
     return cost;
   }

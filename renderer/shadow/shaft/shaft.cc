@@ -218,7 +218,7 @@ class Resolve {
 
   // Of a tile of pixels that was resolved.
   PictureError ErrorOfTile(int tile) const {
-    constexpr int kSide = 16;
+    constexpr int kSide = 16;  // of TileFiller's, and of ExpectPictureError's
     const int tiles_across = (receivers_.width + kSide - 1) / kSide;
     const int left = tile % tiles_across * kSide, top = tile / tiles_across * kSide;
     Image visibility_and_share(kSide, kSide, 2);
